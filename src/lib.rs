@@ -1,0 +1,3 @@
+//! Grow whole planets by plate tectonics.
+#![warn(missing_docs)]
+#![forbid(unsafe_code)]
