@@ -1,0 +1,192 @@
+//! Restoring the Delaunay property after sites moved.
+
+use thiserror::Error;
+
+use super::{Edge, EdgePayload, HalfEdge, SphereMesh, Vertex};
+
+/// One edge that changed its endpoints.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Flip {
+    /// The edge.
+    pub edge: Edge,
+    /// The vertices it joined.
+    pub before: [Vertex; 2],
+    /// The vertices it joins now.
+    pub after: [Vertex; 2],
+}
+
+/// Why the mesh could not be made Delaunay.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum RepairError {
+    /// The limit on flips was reached at an edge, given with its endpoints: the sites moved too far.
+    #[error("too many flips; stopped at edge {edge} between vertices {vertices:?}")]
+    TooManyFlips {
+        /// The edge to be flipped next.
+        edge: Edge,
+        /// Its endpoints.
+        vertices: [Vertex; 2],
+    },
+    /// A vertex stays entangled with its neighbours: it coincides with another, or all sites have
+    /// gathered on one hemisphere.
+    #[error("vertex {vertex} cannot be untangled")]
+    Tangled {
+        /// The vertex.
+        vertex: Vertex,
+    },
+}
+
+/// Flips allowed per edge of the mesh in one repair.
+const FLIPS_PER_EDGE: usize = 64;
+
+/// Times a repair may reinsert vertices, beyond one in sixteen of all.
+const REINSERTIONS: usize = 64;
+
+impl<E: EdgePayload> SphereMesh<E> {
+    /// Makes the mesh Delaunay and returns the flips made, in order.
+    ///
+    /// # Errors
+    ///
+    /// See [`repair_from`](Self::repair_from).
+    pub fn repair_delaunay(&mut self) -> Result<Vec<Flip>, RepairError> {
+        self.repair_from(self.non_delaunay_edges(0..self.edge_slots()))
+    }
+
+    /// Makes the mesh Delaunay by Lawson flips, starting from the given edges, and returns the flips
+    /// made, in order. All edges that are not locally Delaunay must be given; others may be.
+    ///
+    /// A vertex that flips cannot free from a fold is taken out and inserted where it lies. Its edges
+    /// keep their numbers, are notified as flipped and recorded like flips, so that the record
+    /// always tells every edge that changed its endpoints.
+    ///
+    /// # Errors
+    ///
+    /// [`RepairError`] if the sites moved so far, or coincide so, that this fails. The mesh is then
+    /// still a triangulated surface, but not Delaunay.
+    pub fn repair_from(&mut self, queue: Vec<Edge>) -> Result<Vec<Flip>, RepairError> {
+        let mut flips = Vec::new();
+        let mut suspects = queue.clone();
+        let mut queue = queue;
+        let mut reinsertions = REINSERTIONS + self.vertex_count() / 16;
+        loop {
+            let recorded = flips.len();
+            let blocked = self.lawson(queue, &mut flips)?;
+            suspects.extend(flips[recorded..].iter().map(|flip| flip.edge));
+            let tangle = match blocked.first() {
+                Some(&e) => { let (a, b) = self.endpoints(e); vec![a, b] }
+                None => match self.first_inverted(&suspects) {
+                    Some(h) => self.triangle_vertices(h).to_vec(),
+                    None => return Ok(flips),
+                },
+            };
+            let recorded = flips.len();
+            queue = blocked;
+            for vertex in tangle {
+                if reinsertions == 0 {
+                    return Err(RepairError::Tangled { vertex });
+                }
+                reinsertions -= 1;
+                self.reinsert(vertex, &mut flips);
+                queue.extend(self.star_edges(vertex));
+            }
+            for flip in &flips[recorded..] {
+                queue.extend(self.surrounding_edges(flip.edge));
+            }
+            suspects.extend(&queue);
+        }
+    }
+
+    /// Lawson's algorithm from the edges in `queue`. Returns the edges left that are not locally
+    /// Delaunay, but whose flip is impossible.
+    pub(super) fn lawson(
+        &mut self,
+        mut queue: Vec<Edge>,
+        flips: &mut Vec<Flip>,
+    ) -> Result<Vec<Edge>, RepairError> {
+        let limit = flips.len() + FLIPS_PER_EDGE * self.edge_count();
+        let mut blocked = Vec::new();
+        loop {
+            let recorded = flips.len();
+            while let Some(e) = queue.pop() {
+                if !self.is_edge(e) || self.is_locally_delaunay(e) {
+                    continue;
+                }
+                if flips.len() == limit {
+                    return Err(RepairError::TooManyFlips {
+                        edge: e,
+                        vertices: self.endpoints(e).into(),
+                    });
+                }
+                if self.flip_recorded(e, flips) {
+                    queue.extend(self.surrounding_edges(e));
+                } else {
+                    blocked.push(e);
+                }
+            }
+            // Later flips may have unblocked earlier edges.
+            if blocked.is_empty() || flips.len() == recorded {
+                return Ok(blocked);
+            }
+            queue.append(&mut blocked);
+        }
+    }
+
+    fn flip_recorded(&mut self, e: Edge, flips: &mut Vec<Flip>) -> bool {
+        let before = self.endpoints(e).into();
+        let flipped = self.flip(2 * e);
+        if flipped {
+            let after = self.endpoints(e).into();
+            flips.push(Flip {
+                edge: e,
+                before,
+                after,
+            });
+        }
+        flipped
+    }
+
+    /// The four other edges of the triangles at `e`.
+    fn surrounding_edges(&self, e: Edge) -> [Edge; 4] {
+        let (h, twin) = (2 * e, 2 * e + 1);
+        [self.next(h), self.prev(h), self.next(twin), self.prev(twin)].map(|h| self.edge_of(h))
+    }
+
+    /// A half-edge of an inverted triangle at one of the edges.
+    fn first_inverted(&self, edges: &[Edge]) -> Option<HalfEdge> {
+        edges
+            .iter()
+            .filter(|&&e| self.is_edge(e))
+            .flat_map(|&e| [2 * e, 2 * e + 1])
+            .find(|&h| self.is_inverted(h))
+    }
+
+    /// Takes `v` out of the mesh and inserts it into the triangle which it lies in.
+    fn reinsert(&mut self, v: Vertex, flips: &mut Vec<Flip>) {
+        while self.degree(v) > 3 {
+            // Cutting off an ear of the star is possible at some neighbour, as the edges that
+            // forbid two adjacent ones would cross.
+            let ear = self
+                .outgoing(v)
+                .filter(|&h| {
+                    let (left, right) = (self.apex(h), self.apex(self.twin(h)));
+                    self.half_edge_between(left, right).is_none()
+                })
+                .map(|h| (h, self.ear_quality(h)))
+                .reduce(|best, other| if other.1 > best.1 { other } else { best });
+            let Some((h, _)) = ear else { return };
+            self.flip_recorded(self.edge_of(h), flips);
+        }
+        let neighbours: Vec<Vertex> = self.neighbours(v).collect();
+        let (_, spokes) = self.detach(v);
+        let location = self.locate(self.site(v), neighbours[0]);
+        self.attach(v, location.half_edge, spokes);
+        for (h, before) in spokes.into_iter().zip(neighbours) {
+            let edge = self.edge_of(h);
+            self.payload_mut(edge).flipped();
+            flips.push(Flip {
+                edge,
+                before: [v, before],
+                after: [v, self.dest(h)],
+            });
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! Thin triangles, which the Delaunay property alone does not exclude.
+
+use super::{EdgePayload, Flip, HalfEdge, RepairError, SphereMesh, Vertex};
+
+/// Rounds of moving and flipping after which remaining slivers are left alone.
+const ROUNDS: usize = 16;
+
+/// How much taller than asked a sliver is made, so that small moves nearby do not undo it.
+const MARGIN: f64 = 1.1;
+
+/// What [`SphereMesh::repair_slivers`] did.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SliverRepair {
+    /// The vertices moved, in order; one may occur repeatedly.
+    pub moved: Vec<Vertex>,
+    /// The flips made, in order.
+    pub flips: Vec<Flip>,
+}
+
+impl<E: EdgePayload> SphereMesh<E> {
+    /// Smallest height of the triangle of `h` as a fraction of its longest side: at most √3/2
+    /// (equilateral), 0 if flat.
+    pub fn height_ratio(&self, h: HalfEdge) -> f64 {
+        let [a, b, c] = self.triangle_sites(h);
+        let longest = a
+            .distance_squared(b)
+            .max(b.distance_squared(c))
+            .max(c.distance_squared(a));
+        (b - a).cross(c - a).length() / longest
+    }
+
+    /// The triangles whose [`height_ratio`](Self::height_ratio) is below `min_ratio`, each as its
+    /// longest half-edge; in the order of [`triangles`](Self::triangles).
+    pub fn slivers(&self, min_ratio: f64) -> Vec<HalfEdge> {
+        self.triangles()
+            .filter(|&h| self.height_ratio(h) < min_ratio)
+            .map(|h| self.longest_side(h))
+            .collect()
+    }
+
+    /// Moves vertices so that no triangle is left with a [`height_ratio`](Self::height_ratio) below
+    /// `min_ratio`, and keeps the mesh Delaunay.
+    ///
+    /// In each sliver the vertex nearest to the longest side moves away from it; if `movable` does
+    /// not admit that vertex, an end of the side moves the other way. Slivers without a movable
+    /// vertex remain, as do those which resist repeated moves: [`slivers`](Self::slivers) tells.
+    /// The mesh must be Delaunay; `min_ratio` is a few hundredths at most for displacements to be
+    /// small.
+    ///
+    /// # Errors
+    ///
+    /// [`RepairError`] as for [`repair_from`](Self::repair_from).
+    pub fn repair_slivers(
+        &mut self,
+        min_ratio: f64,
+        movable: impl Fn(Vertex) -> bool,
+    ) -> Result<SliverRepair, RepairError> {
+        let mut repair = SliverRepair::default();
+        let mut slivers = self.slivers(min_ratio);
+        for _ in 0..ROUNDS {
+            let mut moved: Vec<Vertex> = Vec::new();
+            for &h in &slivers {
+                // A vertex moved in this round may already have cured its other slivers.
+                if self.height_ratio(h) < min_ratio {
+                    moved.extend(self.heighten(h, MARGIN * min_ratio, &movable));
+                }
+            }
+            if moved.is_empty() {
+                break;
+            }
+            let queue = moved.iter().flat_map(|&v| self.star_edges(v)).collect();
+            let flips = self.repair_from(queue)?;
+            let changed = flips
+                .iter()
+                .flat_map(|flip| flip.after)
+                .chain(moved.iter().copied());
+            slivers = self.slivers_at(changed.collect(), min_ratio);
+            repair.moved.extend(moved);
+            repair.flips.extend(flips);
+        }
+        Ok(repair)
+    }
+
+    /// The slivers that have one of the given vertices as a corner.
+    fn slivers_at(&self, vertices: Vec<Vertex>, min_ratio: f64) -> Vec<HalfEdge> {
+        let mut slivers: Vec<HalfEdge> = vertices
+            .into_iter()
+            .flat_map(|v| self.outgoing(v))
+            .filter(|&h| self.height_ratio(h) < min_ratio)
+            .map(|h| self.longest_side(h))
+            .collect();
+        slivers.sort_unstable();
+        slivers.dedup();
+        slivers
+    }
+
+    /// Moves one corner of the triangle whose longest side is `h`, to make it `ratio` times as high
+    /// as long. Returns the vertex moved, if one is movable.
+    fn heighten(
+        &mut self,
+        h: HalfEdge,
+        ratio: f64,
+        movable: impl Fn(Vertex) -> bool,
+    ) -> Option<Vertex> {
+        let [a, b, apex] = self.triangle_vertices(h);
+        let [pa, pb, pc] = self.triangle_sites(h);
+        let (near, far) = if pc.distance_squared(pa) <= pc.distance_squared(pb) {
+            (a, b)
+        } else {
+            (b, a)
+        };
+        let v = [apex, near, far].into_iter().find(|&v| movable(v))?;
+        let inward = pa.cross(pb).normalize();
+        let lack = ratio * pa.distance(pb) - inward.dot(pc);
+        let step = if v == apex { lack } else { -lack };
+        self.set_site(v, (self.site(v) + step * inward).normalize());
+        Some(v)
+    }
+
+    fn longest_side(&self, h: HalfEdge) -> HalfEdge {
+        let length = |h: HalfEdge| {
+            let (a, b) = (self.origin(h), self.dest(h));
+            self.site(a).distance_squared(self.site(b))
+        };
+        let sides = [h, self.next(h), self.prev(h)];
+        sides
+            .into_iter()
+            .reduce(|longest, side| {
+                if length(side) > length(longest) {
+                    side
+                } else {
+                    longest
+                }
+            })
+            .unwrap_or(h)
+    }
+}

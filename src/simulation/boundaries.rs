@@ -1,0 +1,167 @@
+//! What the stages know of the boundaries between plates in this step.
+
+use super::{
+    plate::PlateTable,
+    sub_plate::PlateId,
+};
+use crate::mesh::NONE;
+use bevy::prelude::*;
+use glam::DVec3;
+use std::collections::BTreeMap;
+
+/// One edge whose ends lie on different plates.
+#[derive(Debug, Clone, Copy)]
+pub struct Front {
+    /// Edge of the mesh (as it was when boundaries were classified).
+    pub edge: u32,
+    /// Its ends, origin first.
+    pub vertices: [u32; 2],
+    /// Their plates.
+    pub plates: [PlateId; 2],
+    /// Vector of the dual edge turned into the normal, from the first end to the second, in km.
+    /// Along a front these sum to the chord, so that a zigzag costs nothing.
+    pub normal: DVec3,
+    /// Length of the dual edge in km.
+    pub length: f64,
+    /// Smoothed unit normal of the front, from the first end to the second.
+    pub direction: DVec3,
+    /// Unit vector to the middle of the edge.
+    pub midpoint: DVec3,
+    /// Velocity of the second plate relative to the first, in km/My.
+    pub slip: DVec3,
+    /// Its part along `direction`: opening is positive, closing negative, in km/My.
+    pub opening: f64,
+    /// Both ends are continental.
+    pub continental: bool,
+    /// Which end goes under, if one does where the front closes.
+    pub under: Option<usize>,
+}
+
+/// Fronts of the present step.
+#[derive(Resource, Debug, Clone, Default)]
+pub struct Boundaries {
+    /// Edges across plates, in the order of their numbers.
+    pub fronts: Vec<Front>,
+    /// Vertices at a front, in the order of their numbers.
+    pub vertices: Vec<u32>,
+    /// Smoothed outward normal at each of `vertices`.
+    pub strikes: Vec<DVec3>,
+    /// Place of each vertex in `vertices`, or [`NONE`].
+    pub place: Vec<u32>,
+}
+
+/// Relative motion of two neighbouring sub-plates across a front.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Motion {
+    /// Opening speed in km/My, negative where closing.
+    pub opening: f64,
+    /// Speed of the slip in km/My.
+    pub slip: f64,
+}
+
+impl Motion {
+    /// Whether the slip runs mostly along the front.
+    #[must_use]
+    pub fn is_near_transform(&self, share: f64) -> bool {
+        self.opening.abs() < share * self.slip
+    }
+}
+
+impl Boundaries {
+    /// Smoothed normal that points out of a vertex's plate; zero away from fronts.
+    #[must_use]
+    pub fn strike(&self, vertex: u32) -> DVec3 {
+        match self.place.get(vertex as usize) {
+            Some(&place) if place != NONE => self.strikes[place as usize],
+            _ => DVec3::ZERO,
+        }
+    }
+
+    /// Unit normal of the front from `a` to `b`, smoothed where both are known.
+    #[must_use]
+    pub fn direction(&self, a: (u32, DVec3), b: (u32, DVec3)) -> DVec3 {
+        let middle = (a.1 + b.1).normalize();
+        let tangent = |n: DVec3| n - middle * middle.dot(n);
+        let smooth = tangent(self.strike(a.0) - self.strike(b.0));
+        let straight = tangent(b.1 - a.1);
+        // A smoothed normal that disagrees with the edge itself belongs to another front nearby.
+        if smooth.length_squared() > 1e-12 && smooth.dot(straight) > 0.0 {
+            smooth.normalize()
+        } else {
+            straight.normalize_or_zero()
+        }
+    }
+
+    /// Relative motion of `b` against `a`, each given as vertex, site and plate.
+    #[must_use]
+    pub fn motion(
+        &self,
+        plates: &PlateTable,
+        radius: f64,
+        a: (u32, DVec3, PlateId),
+        b: (u32, DVec3, PlateId),
+    ) -> Motion {
+        let middle = (a.1 + b.1).normalize();
+        let slip = (plates.rotation(b.2) - plates.rotation(a.2)).cross(middle) * radius;
+        Motion {
+            opening: slip.dot(self.direction((a.0, a.1), (b.0, b.1))),
+            slip: slip.length(),
+        }
+    }
+}
+
+/// What two plates remember of each other.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Contact {
+    /// When they last touched, in My.
+    pub last_my: f64,
+    /// The plate whose sea floor goes under where sea floor meets sea floor.
+    pub subducting: Option<PlateId>,
+    /// Closing of their continents summed over time, in km.
+    pub interpenetration: f64,
+    /// Mean closing speed of their continental fronts now, in km/My.
+    pub closing: f64,
+    /// Continental share of their common front now.
+    pub continental_share: f64,
+    /// When a rift made them, in My; none for plates that met.
+    pub rifted_my: Option<f64>,
+}
+
+/// Contacts by pair of plates, the smaller id first.
+#[derive(Resource, Debug, Clone, Default)]
+pub struct Contacts(pub BTreeMap<(PlateId, PlateId), Contact>);
+
+impl Contacts {
+    /// Key of a pair.
+    #[must_use]
+    pub fn key(a: PlateId, b: PlateId) -> (PlateId, PlateId) {
+        (a.min(b), a.max(b))
+    }
+
+    /// What a pair remembers.
+    #[must_use]
+    pub fn get(&self, a: PlateId, b: PlateId) -> Option<&Contact> {
+        self.0.get(&Self::key(a, b))
+    }
+
+    /// Hands the contacts of a plate that ends over to the one that takes its place.
+    pub fn inherit(&mut self, gone: PlateId, heir: PlateId) {
+        let moved: Vec<_> = self
+            .0
+            .iter()
+            .filter(|((a, b), _)| *a == gone || *b == gone)
+            .map(|(&key, &contact)| (key, contact))
+            .collect();
+        for ((a, b), mut contact) in moved {
+            self.0.remove(&(a, b));
+            let other = if a == gone { b } else { a };
+            if other == heir {
+                continue;
+            }
+            if contact.subducting == Some(gone) {
+                contact.subducting = Some(heir);
+            }
+            self.0.entry(Self::key(heir, other)).or_insert(contact);
+        }
+    }
+}

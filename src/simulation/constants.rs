@@ -1,0 +1,338 @@
+//! Every constant of the model, with its unit, domain, default and source.
+//!
+//! "Study" marks values calibrated by whole histories on one mesh, where no source publishes one.
+
+use super::error::TectonicError;
+use serde::{Deserialize, Serialize};
+
+/// Declares a group of constants: the struct, its defaults and its range check in one table.
+macro_rules! constants {
+    ($(#[$group_doc:meta])* $group:ident($path:literal) {
+        $($(#[$doc:meta])* $name:ident = $default:literal in $low:literal..=$high:literal $unit:literal,)*
+    }) => {
+        $(#[$group_doc])*
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, bevy::reflect::Reflect)]
+        #[serde(default, deny_unknown_fields)]
+        pub struct $group {
+            $($(#[$doc])*
+            #[doc = concat!("\n\nUnit: ", $unit, ". Domain: ", stringify!($low), " to ", stringify!($high),
+                ". Default: ", stringify!($default), ".")]
+            pub $name: f64,)*
+        }
+
+        impl Default for $group {
+            fn default() -> Self {
+                Self { $($name: $default,)* }
+            }
+        }
+
+        impl $group {
+            fn validate(&self) -> Result<(), TectonicError> {
+                $(if !($low..=$high).contains(&self.$name) {
+                    return Err(TectonicError::Recipe {
+                        field: concat!("constants.", $path, ".", stringify!($name)).into(),
+                        value: self.$name.to_string(),
+                        allowed: concat!("between ", stringify!($low), " and ", stringify!($high), " ", $unit).into(),
+                    });
+                })*
+                Ok(())
+            }
+        }
+    };
+}
+
+/// All constants, grouped by the stage that reads them.
+#[derive(
+    Debug, Clone, Default, PartialEq, Serialize, Deserialize, bevy::reflect::Reflect,
+)]
+#[serde(default, deny_unknown_fields)]
+pub struct Constants {
+    /// Steps and clocks.
+    pub step: StepConstants,
+    /// Splitting and merging of cells.
+    pub refine: RefineConstants,
+    /// Kinds of boundary.
+    pub boundaries: BoundaryConstants,
+    /// Crust made at ridges and in rifts.
+    pub ridges: RidgeConstants,
+    /// Forces on plates.
+    pub motion: MotionConstants,
+    /// What deforms at the plates' margins.
+    pub margins: MarginConstants,
+    /// Arcs, trenches and mountain belts.
+    pub uplift: UpliftConstants,
+    /// Crust consumed and crushed.
+    pub collisions: CollisionConstants,
+    /// Wear, sediment and isostasy.
+    pub erosion: ErosionConstants,
+    /// Sutures, rifts, splinters and new trenches.
+    pub plates: PlateConstants,
+}
+
+impl Constants {
+    /// Says which constant lies outside its domain, if one does.
+    ///
+    /// # Errors
+    /// [`TectonicError::Recipe`] with the first offending value.
+    pub fn validate(&self) -> Result<(), TectonicError> {
+        self.step.validate()?;
+        self.refine.validate()?;
+        self.boundaries.validate()?;
+        self.ridges.validate()?;
+        self.motion.validate()?;
+        self.margins.validate()?;
+        self.uplift.validate()?;
+        self.collisions.validate()?;
+        self.erosion.validate()?;
+        self.plates.validate()
+    }
+}
+
+constants! {
+    /// Length of a step and of the slower clocks.
+    StepConstants("step") {
+        /// Share of the local spacing that nothing may exceed in one step. Up to 0.35 hardly a face
+        /// inverts before the collision stage looks at it; at 1.0 eleven a step do (study).
+        courant = 0.35 in 0.05..=0.6 "spacings",
+        /// Longest step, for planets that hardly move.
+        longest = 1.0 in 0.01..=5.0 "My",
+        /// Interval of the slow stages (uplift, erosion). Heights change by metres in it.
+        geology = 2.0 in 0.1..=20.0 "My",
+        /// Interval at which plates are reorganised.
+        reorganisation = 4.0 in 0.5..=50.0 "My",
+    }
+}
+
+constants! {
+    /// Resolution. A contrast of 1 keeps the mesh even; more makes dull sea floor coarse.
+    RefineConstants("refine") {
+        /// Area of a cell in dull places as a multiple of one at boundaries, coasts and mountains.
+        /// Yggdrasill spans 10 to 1,000; an even mesh is the default because the start is even.
+        contrast = 1.0 in 1.0..=16.0 "times",
+        /// A cell larger than this many of its target is split.
+        split_above = 2.4 in 1.5..=10.0 "targets",
+        /// A cell smaller than this many of its target is merged into its neighbours.
+        merge_below = 0.3 in 0.02..=0.6 "targets",
+        /// Interval between sweeps.
+        interval = 4.0 in 0.5..=50.0 "My",
+    }
+}
+
+constants! {
+    /// The state machine of boundary kinds.
+    BoundaryConstants("boundaries") {
+        /// Opening or closing as a share of the slip beyond which a boundary is a ridge or a trench
+        /// rather than a transform. sin 30° is the convention for Earth's plates (Bird 2003).
+        normal_share = 0.5 in 0.05..=0.95 "of the slip",
+        /// Hysteresis around that share: class changes fall from 0.066 to 0.035 per vertex and My (study).
+        hysteresis = 0.15 in 0.0..=0.5 "of the slip",
+        /// Weight of neighbours when the strike of a front is smoothed (two passes). Raw directions
+        /// of edges make and eat crust at transforms at 20 % of their slip; smoothed ones 5 % (study).
+        smoothing = 0.7 in 0.0..=1.0 "",
+        /// A front without contact for this long forgets which side subducts.
+        memory = 20.0 in 1.0..=200.0 "My",
+    }
+}
+
+constants! {
+    /// New crust.
+    RidgeConstants("ridges") {
+        /// A boundary triangle whose circumradius exceeds this gets a new sub-plate. Decides the
+        /// balance of crust made and consumed: 0.96 holds the number of sub-plates (study).
+        gap = 0.96 in 0.7..=1.4 "spacings",
+        /// Feedback of the number of sub-plates on that gap, so that their number stays.
+        feedback = 1.5 in 0.0..=10.0 "per relative excess",
+        /// Smallest distance between two new sub-plates.
+        apart = 0.6 in 0.3..=0.9 "spacings",
+        /// The gap is this much wider where the motion is near transform.
+        transform_factor = 1.25 in 1.0..=3.0 "times",
+        /// The gap is this much wider where the boundary closes (a hole in the mesh, no ridge).
+        closing_factor = 1.6 in 1.0..=4.0 "times",
+        /// Opening as a share of the slip below which a boundary counts as near transform.
+        transform_share = 0.25 in 0.0..=0.9 "of the slip",
+        /// Thickness of new oceanic crust (Earth 6-7 km).
+        oceanic_thickness = 7.0 in 3.0..=12.0 "km",
+        /// How much thinner than its flanks stretched crust in a tearing rift is, at a spacing of 226 km.
+        rift_thinning = 13.0 in 1.0..=30.0 "km",
+        /// Stretched continental crust thinner than this breaks and sea floor begins.
+        breakup_thickness = 17.0 in 8.0..=30.0 "km",
+    }
+}
+
+constants! {
+    /// Driving and resisting forces. One unit of force drags 1 km² of sea floor at 1 km/My.
+    MotionConstants("motion") {
+        /// Basal drag of oceanic lithosphere. The unit of all forces.
+        ocean_drag = 1.0 in 0.1..=10.0 "per km² and km/My",
+        /// Basal drag of continents, whose roots reach deeper.
+        continent_drag = 2.0 in 0.1..=20.0 "per km² and km/My",
+        /// Pull of a full slab of 80 My on its plate, per km of trench (study; Yggdrasill's 5e-8 m/yr²
+        /// acts on single vertices and dilutes as the mesh is refined).
+        slab_pull = 8.0e5 in 0.0..=1.0e7 "per km",
+        /// Suction of the same slab on the overriding plate.
+        slab_suction = 2.5e5 in 0.0..=1.0e7 "per km",
+        /// Length of slab that pulls with full force.
+        slab_full = 300.0 in 50.0..=2000.0 "km",
+        /// Longest slab that is remembered.
+        slab_longest = 600.0 in 50.0..=4000.0 "km",
+        /// Share of the convergence that lengthens the slab.
+        slab_growth = 0.6 in 0.0..=1.0 "",
+        /// Time in which a slab that is no longer fed is lost.
+        slab_decay = 15.0 in 1.0..=200.0 "My",
+        /// Ridge push per km (Yggdrasill 2e-8 m/yr²; a twentieth of slab pull on Earth).
+        ridge_push = 4.0e4 in 0.0..=1.0e6 "per km",
+        /// Push that drives the halves of a new rift apart. Below 5e5 continents stay gathered (study).
+        rift_push = 5.0e5 in 0.0..=5.0e6 "per km",
+        /// How long it lasts.
+        rift_push_time = 40.0 in 0.0..=200.0 "My",
+        /// Friction along every front, and across trenches.
+        friction = 2000.0 in 0.0..=1.0e5 "per km and km/My",
+        /// Resistance of continental collision. A tenth loses continents, ten times makes shards (study).
+        collision = 3.0e4 in 0.0..=1.0e6 "per km and km/My",
+        /// Interpenetration at which the resistance has grown by its own size.
+        collision_length = 300.0 in 50.0..=2000.0 "km",
+        /// Time in which a plate takes up a new balance. 10 My leaves old floor, 50 My sluggish plates.
+        response = 2.0 in 0.05..=100.0 "My",
+    }
+}
+
+constants! {
+    /// Soft margins: springs on joined edges and their cross edges (Yggdrasill).
+    MarginConstants("margins") {
+        /// Stiffness of plates: 0 lets the springs alone hold them together, 1 keeps them exactly rigid.
+        rigidity = 0.85 in 0.0..=1.0 "",
+        /// Reach of the soft margin behind a front.
+        width = 700.0 in 0.0..=3000.0 "km",
+        /// Softness of springs that are stretched (the inverse of stiffness, per pass).
+        compliance = 0.25 in 0.0..=10.0 "",
+        /// Stiffness of compressed springs over that of stretched ones (Yggdrasill 1e-4 : 5e-5).
+        compressed_ratio = 2.0 in 0.1..=20.0 "times",
+        /// Time in which rest lengths follow a lasting deformation.
+        flow = 10.0 in 0.5..=500.0 "My",
+        /// Share of the closing speed of continents that their margins take up by shortening.
+        shortening = 0.5 in 0.0..=0.9 "of the closing speed",
+        /// Time in which a deviation from rigid motion dies out at rigidity 0.
+        drag = 20.0 in 0.1..=1000.0 "My",
+    }
+}
+
+constants! {
+    /// Arcs, trenches, plateaus.
+    UpliftConstants("uplift") {
+        /// Magma of an arc at 60 km/My of convergence, per km of trench.
+        arc_flux = 45.0 in 0.0..=500.0 "km³/km/My",
+        /// Distance of the arc's crest from the trench.
+        arc_distance = 200.0 in 50.0..=800.0 "km",
+        /// Distance at which arc magmatism ends.
+        arc_reach = 520.0 in 100.0..=2000.0 "km",
+        /// Share of the flux that thickens oceanic crust.
+        arc_oceanic = 0.3 in 0.0..=1.0 "",
+        /// Thickness at which an oceanic arc becomes continental crust.
+        arc_accretion = 18.0 in 10.0..=40.0 "km",
+        /// Feedback of the continental volume on arc magmatism, so that continents neither grow nor shrink for ever.
+        arc_feedback = 8.0 in 0.0..=50.0 "per relative excess",
+        /// Depth of a trench below its plate at 40 km/My (Earth 2-4 km at this resolution).
+        trench_depth = 1900.0 in 0.0..=6000.0 "m",
+        /// Time in which a trench forms or fills.
+        trench_time = 4.0 in 0.5..=50.0 "My",
+        /// Crust thicker than this flows outwards (Tibet stands on 70 km).
+        plateau_thickness = 55.0 in 40.0..=90.0 "km",
+        /// Share of the excess that flows per My at a spacing of 226 km.
+        plateau_flow = 0.02 in 0.0..=1.0 "/My",
+    }
+}
+
+constants! {
+    /// Crust that goes under or is crushed.
+    CollisionConstants("collisions") {
+        /// A closing edge across a front shorter than this removes its losing end.
+        edge = 0.7 in 0.3..=0.9 "spacings",
+        /// The same, whatever the motion.
+        edge_always = 0.42 in 0.1..=0.6 "spacings",
+        /// A closing vertex nearer than this to the opposite side of its triangle removes the loser.
+        height = 0.5 in 0.1..=0.8 "spacings",
+        /// Both are this much smaller where the motion is near transform.
+        transform_factor = 0.6 in 0.2..=1.0 "times",
+        /// Opening as a share of the slip below which a boundary counts as near transform.
+        transform_share = 0.25 in 0.0..=0.9 "of the slip",
+        /// Reach over which crushed continental crust thickens both plates (or 2.2 spacings).
+        spread = 450.0 in 100.0..=3000.0 "km",
+        /// No crust is thickened beyond this.
+        thickest = 70.0 in 40.0..=120.0 "km",
+        /// Room of one cell that attracts crust fully.
+        room = 20.0 in 1.0..=60.0 "km",
+        /// Thickness of continental crust that is pushed onto sea floor where no room is left.
+        obduction_thickness = 30.0 in 10.0..=50.0 "km",
+    }
+}
+
+constants! {
+    /// Wear, sediment, isostasy.
+    ErosionConstants("erosion") {
+        /// Speed of erosion: `rate · x²/(x + 1)`, x = km above base level.
+        rate = 0.12 in 0.0..=2.0 "km/My",
+        /// Slope of the base level inland from the crust's edge. Erosion to sea level itself lets land
+        /// swing between 12 and 38 % (study).
+        base_slope = 0.2 in 0.0..=2.0 "m/km",
+        /// Base level at the crust's edge.
+        base_edge = 10.0 in -200.0..=500.0 "m",
+        /// Highest base level.
+        base_highest = 300.0 in 0.0..=2000.0 "m",
+        /// Share of eroded rock that is lost to the deep sea.
+        lost = 0.1 in 0.0..=1.0 "",
+        /// Height gained per km of continental crust (Airy, with a mantle of 3,300 kg/m³).
+        isostasy = 155.0 in 50.0..=400.0 "m/km",
+        /// Thickness of continental crust whose surface lies at the reference level.
+        reference_thickness = 33.0 in 20.0..=50.0 "km",
+        /// Thickness of sediment on old sea floor.
+        sediment_thickest = 450.0 in 0.0..=3000.0 "m",
+        /// Sediment laid down on sea floor.
+        sediment_rate = 3.0 in 0.0..=100.0 "m/My",
+        /// Width of a passive margin's shelf (Earth 80 km on average, up to 400).
+        shelf_width = 260.0 in 0.0..=1000.0 "km",
+        /// Depth of a passive margin's edge.
+        shelf_depth = 190.0 in 0.0..=1000.0 "m",
+        /// Width of the wedge of sediment at the foot of a passive margin (Earth 100-500 km).
+        rise_width = 420.0 in 0.0..=2000.0 "km",
+        /// Height of that wedge at the margin, once it is 60 My old (Earth: up to 2 km above the plain).
+        rise_thickest = 1800.0 in 0.0..=5000.0 "m",
+        /// Time in which a margin relaxes to its shelf.
+        shelf_time = 40.0 in 1.0..=500.0 "My",
+    }
+}
+
+constants! {
+    /// Large events.
+    PlateConstants("plates") {
+        /// Smallest plate; smaller pieces are absorbed.
+        smallest = 0.0006 in 0.0..=0.05 "of the sphere",
+        /// A broken-off piece larger than this becomes a plate of its own.
+        orphan = 0.008 in 0.0..=0.2 "of the sphere",
+        /// Interpenetration after which two continents may suture.
+        suture_length = 500.0 in 50.0..=5000.0 "km",
+        /// Share of continental contact in the front of the two plates that a suture needs.
+        suture_share = 0.2 in 0.0..=1.0 "",
+        /// Closing speed below which a collision has come to rest.
+        suture_speed = 6.0 in 0.0..=100.0 "km/My",
+        /// Plates smaller than this do not rift.
+        rift_smallest = 0.03 in 0.005..=1.0 "of the sphere",
+        /// Plates younger than this do not rift.
+        rift_youngest = 30.0 in 0.0..=500.0 "My",
+        /// Rate of rifting of a plate of a tenth of the sphere without continents, per 0.3.
+        rift_rate = 0.02 in 0.0..=1.0 "/My",
+        /// Number of plates around which the rate of rifting is balanced.
+        plate_count = 14.0 in 2.0..=60.0 "plates",
+        /// Sea floor older than this may start to founder (Earth's oldest: 180 My).
+        founder_age = 140.0 in 40.0..=500.0 "My",
+        /// Mean time until it does.
+        founder_time = 15.0 in 1.0..=500.0 "My",
+        /// Smallest reach of a new subduction zone's plate.
+        founder_near = 3500.0 in 200.0..=10000.0 "km",
+        /// Largest reach.
+        founder_far = 6000.0 in 200.0..=20000.0 "km",
+        /// Share of foreign neighbours at which an ocean vertex or a continental tooth changes side.
+        majority = 0.64 in 0.5..=1.0 "",
+        /// Enclosed seas smaller than this fill up and become basins.
+        basin = 6.0e5 in 0.0..=1.0e7 "km²",
+    }
+}

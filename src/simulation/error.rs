@@ -1,0 +1,106 @@
+//! Everything that can go wrong, each with what, where and the allowed range.
+
+use crate::mesh;
+use thiserror::Error;
+
+/// Why a recipe was refused, a step could not be completed, or a check failed.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum TectonicError {
+    /// A value of the recipe lies outside its range.
+    #[error("{field} is {value}, but must be {allowed}")]
+    Recipe {
+        /// Path of the value inside the recipe, such as `constants.motion.slab_pull`.
+        field: String,
+        /// The value as given.
+        value: String,
+        /// What is allowed, with the unit.
+        allowed: String,
+    },
+    /// The starting points could not be triangulated.
+    #[error("the start could not be triangulated: {0}")]
+    Build(String),
+    /// The mesh could not be mended after a move.
+    #[error("the mesh could not be repaired at {time_my:.3} My: {source}")]
+    Repair {
+        /// When, in My.
+        time_my: f64,
+        /// What the mesh reported.
+        source: mesh::RepairError,
+    },
+    /// A consistency check of the mesh failed.
+    #[error("the mesh is faulty at {time_my:.3} My: {source}")]
+    Mesh {
+        /// When, in My.
+        time_my: f64,
+        /// What the mesh reported.
+        source: mesh::MeshFault,
+    },
+    /// A field holds a value that is not finite.
+    #[error("{field} of sub-plate {vertex} is not finite at {time_my:.3} My")]
+    NotFinite {
+        /// Name of the component.
+        field: &'static str,
+        /// Row of the sub-plate.
+        vertex: usize,
+        /// When, in My.
+        time_my: f64,
+    },
+    /// A velocity points out of the surface.
+    #[error(
+        "velocity of sub-plate {vertex} has a radial part of {radial} km/My at {time_my:.3} My"
+    )]
+    NotTangential {
+        /// Row of the sub-plate.
+        vertex: usize,
+        /// Radial part in km/My.
+        radial: f64,
+        /// When, in My.
+        time_my: f64,
+    },
+    /// A plate lies in several pieces, or a sub-plate belongs to none.
+    #[error("plate {plate} lies in {pieces} pieces at {time_my:.3} My")]
+    PlateInPieces {
+        /// Id of the plate.
+        plate: u16,
+        /// Number of connected pieces (0: a sub-plate names a plate that does not exist).
+        pieces: usize,
+        /// When, in My.
+        time_my: f64,
+    },
+    /// The continental volume differs from what the ledger booked.
+    #[error(
+        "the ledger is open by a share of {relative:.3e} of the continental volume \
+         (allowed 1e-6) at {time_my:.3} My"
+    )]
+    LedgerOpen {
+        /// Difference as a share of the volume.
+        relative: f64,
+        /// When, in My.
+        time_my: f64,
+    },
+    /// The cells of the sub-plates do not cover the sphere.
+    #[error("cell areas sum to {sum} of the sphere instead of 1 at {time_my:.3} My")]
+    AreaOpen {
+        /// Sum of all cells, as a share of the sphere.
+        sum: f64,
+        /// When, in My.
+        time_my: f64,
+    },
+    /// The sub-plates' table and the mesh no longer agree.
+    #[error(
+        "{found} sub-plates lie in one table but the mesh has {expected}: components of your own \
+         on sub-plates must be registered as required by `SubPlate`, never inserted later"
+    )]
+    Archetype {
+        /// Rows found in the first table.
+        found: usize,
+        /// Vertices of the mesh.
+        expected: usize,
+    },
+    /// A linear system of the torque balance had no solution.
+    #[error("the torque balance has no finite solution at {time_my:.3} My")]
+    TorqueBalance {
+        /// When, in My.
+        time_my: f64,
+    },
+}

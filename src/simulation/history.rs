@@ -1,0 +1,224 @@
+//! A history: one world, one planet, from its recipe to any later time.
+
+use super::{
+    check,
+    clock::Clock,
+    error::TectonicError,
+    ledger::Ledger,
+    plugin::SimulationPlugins,
+    recipe::Recipe,
+    schedule::{Cancellation, StageTimings, StepFailure, TectonicStep, TectonicSystems},
+    start,
+    statistics::Statistics,
+    surface::Surface,
+};
+use bevy::app::PluginGroup;
+use bevy::prelude::*;
+use core::ops::ControlFlow;
+use serde::Serialize;
+
+/// Where a long run stands.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Progress {
+    /// Time since the start in My.
+    pub time_my: f64,
+    /// When the run ends, in My.
+    pub end_my: f64,
+    /// Steps since the start.
+    pub steps: u64,
+    /// Share of the run that is done, 0 to 1.
+    pub fraction: f64,
+}
+
+/// How a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// At its end.
+    Finished,
+    /// Earlier, because it was told to.
+    Cancelled,
+}
+
+/// A planet's history in a world of its own.
+///
+/// ```
+/// use bevy_tectonics::prelude::*;
+///
+/// let mut history = History::new(Recipe::earth_like(7).with_sub_plates(500))?;
+/// history.run_until(5.0, |_| core::ops::ControlFlow::Continue(()))?;
+/// println!("{:.1} % land", 100.0 * history.statistics()?.land_share);
+/// # Ok::<(), TectonicError>(())
+/// ```
+#[derive(Debug)]
+pub struct History {
+    world: World,
+}
+
+impl History {
+    /// The start of a planet.
+    ///
+    /// # Errors
+    /// [`TectonicError::Recipe`] for an invalid recipe, [`TectonicError::Build`] if its points
+    /// cannot be triangulated.
+    pub fn new(recipe: Recipe) -> Result<Self, TectonicError> {
+        Self::with_plugins(recipe, SimulationPlugins)
+    }
+
+    /// The start of a planet whose stages are yours to choose: disable or replace plugins of
+    /// [`SimulationPlugins`], and add systems of your own to [`TectonicStep`].
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_plugins(
+        recipe: Recipe,
+        plugins: impl PluginGroup,
+    ) -> Result<Self, TectonicError> {
+        recipe.validate()?;
+        let mut app = App::empty();
+        plugins.build().finish(&mut app);
+        app.finish();
+        app.cleanup();
+        let mut world = core::mem::take(app.world_mut());
+        start::populate(&mut world, &recipe)?;
+        world.insert_resource(recipe);
+        Ok(Self { world })
+    }
+
+    /// Runs one step.
+    ///
+    /// # Errors
+    /// Whatever a stage could not do; the world is then no longer consistent.
+    pub fn step(&mut self) -> Result<(), TectonicError> {
+        let end = self.recipe().duration_my.max(self.time_my());
+        self.step_towards(if end > self.time_my() { end } else { f64::MAX })
+    }
+
+    /// Runs one step that does not pass `end_my`.
+    fn step_towards(&mut self, end_my: f64) -> Result<(), TectonicError> {
+        self.world.resource_scope(|world, mut clock: Mut<Clock>| {
+            clock.stop_at_my = end_my;
+            clock.begin_step(world.resource::<Recipe>());
+        });
+        self.world.run_schedule(TectonicStep);
+        self.world.clear_trackers();
+        self.world.resource_mut::<StepFailure>().0.take().map_or(Ok(()), Err)
+    }
+
+    /// Runs until a time, calling `each_step` after every step. `Break` stops the run, as does
+    /// [`cancellation`](Self::cancellation).
+    ///
+    /// # Errors
+    /// As [`step`](Self::step).
+    pub fn run_until(
+        &mut self,
+        time_my: f64,
+        mut each_step: impl FnMut(&Progress) -> ControlFlow<()>,
+    ) -> Result<Outcome, TectonicError> {
+        while self.time_my() < time_my {
+            if self.cancellation().is_cancelled() {
+                return Ok(Outcome::Cancelled);
+            }
+            self.step_towards(time_my)?;
+            if each_step(&self.progress(time_my)).is_break() {
+                return Ok(Outcome::Cancelled);
+            }
+        }
+        Ok(Outcome::Finished)
+    }
+
+    /// Where a run to `end_my` stands.
+    #[must_use]
+    pub fn progress(&self, end_my: f64) -> Progress {
+        let time_my = self.time_my();
+        Progress {
+            time_my,
+            end_my,
+            steps: self.steps(),
+            fraction: if end_my > 0.0 { (time_my / end_my).min(1.0) } else { 1.0 },
+        }
+    }
+
+    /// A handle that stops this history from another thread, between two stages.
+    #[must_use]
+    pub fn cancellation(&self) -> Cancellation {
+        self.world.resource::<Cancellation>().clone()
+    }
+
+    /// Verifies everything the planet promises: the mesh, the fields, the plates, the ledger.
+    ///
+    /// # Errors
+    /// The first promise that is broken.
+    pub fn check(&mut self) -> Result<(), TectonicError> {
+        check::check(&mut self.world)
+    }
+
+    /// What the planet measures now.
+    ///
+    /// # Errors
+    /// [`TectonicError::Archetype`] if the sub-plates no longer lie in one table.
+    pub fn statistics(&mut self) -> Result<Statistics, TectonicError> {
+        Statistics::measure(&mut self.world)
+    }
+
+    /// An immutable copy of what people see of the planet.
+    ///
+    /// # Errors
+    /// [`TectonicError::Archetype`] if the sub-plates no longer lie in one table.
+    pub fn surface(&mut self) -> Result<Surface, TectonicError> {
+        Surface::capture(&mut self.world)
+    }
+
+    /// Hash of every field of the state: equal for equal planets, on any number of threads.
+    ///
+    /// # Errors
+    /// [`TectonicError::Archetype`] if the sub-plates no longer lie in one table.
+    pub fn state_hash(&mut self) -> Result<u64, TectonicError> {
+        check::state_hash(&mut self.world)
+    }
+
+    /// The recipe the planet grows from.
+    #[must_use]
+    pub fn recipe(&self) -> &Recipe {
+        self.world.resource::<Recipe>()
+    }
+
+    /// Time since the start in My.
+    #[must_use]
+    pub fn time_my(&self) -> f64 {
+        self.world.resource::<Clock>().time_my
+    }
+
+    /// Steps since the start.
+    #[must_use]
+    pub fn steps(&self) -> u64 {
+        self.world.resource::<Clock>().steps
+    }
+
+    /// The books of crust.
+    #[must_use]
+    pub fn ledger(&self) -> Ledger {
+        *self.world.resource::<Ledger>()
+    }
+
+    /// Seconds spent in each stage since the start.
+    #[must_use]
+    pub fn stage_seconds(&self) -> Vec<(&'static str, f64)> {
+        let timings = self.world.resource::<StageTimings>();
+        TectonicSystems::ALL
+            .iter()
+            .zip(timings.total)
+            .map(|(stage, time)| (stage.name(), time.as_secs_f64()))
+            .collect()
+    }
+
+    /// The world of the planet, for queries of your own.
+    #[must_use]
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// The world of the planet, to add systems, components and resources of your own.
+    pub fn world_mut(&mut self) -> &mut World {
+        &mut self.world
+    }
+}

@@ -1,0 +1,46 @@
+//! Books of crust: nothing is made or lost unseen.
+
+use bevy::prelude::*;
+use serde::Serialize;
+
+/// Volumes of continental crust in km³ and areas of sea floor in km², since the start.
+///
+/// `initial + arc_magma + accreted − eroded` is the continental volume; see
+/// [`closing_error`](Self::closing_error).
+#[derive(Resource, Debug, Clone, Copy, Default, PartialEq, Serialize, Reflect)]
+#[reflect(Resource)]
+pub struct Ledger {
+    /// Continental volume at the start, km³.
+    pub initial_km3: f64,
+    /// Magma that arcs added to continents, km³.
+    pub arc_magma_km3: f64,
+    /// Sea floor, island arcs and filled basins that became continental, km³.
+    pub accreted_km3: f64,
+    /// Rock lost to the deep sea, km³.
+    pub eroded_km3: f64,
+    /// Area of crust made at ridges, km².
+    pub area_created_km2: f64,
+    /// Area of crust consumed at trenches and in collisions, km².
+    pub area_consumed_km2: f64,
+    /// Continental area shortened in collisions, km².
+    pub area_shortened_km2: f64,
+    /// Continental area made by stretching in rifts, km².
+    pub area_stretched_km2: f64,
+    /// Area that refinement added (negative: took away), km².
+    pub area_refined_km2: f64,
+}
+
+impl Ledger {
+    /// Continental volume that the books say is there, km³.
+    #[must_use]
+    pub fn booked_km3(&self) -> f64 {
+        self.initial_km3 + self.arc_magma_km3 + self.accreted_km3 - self.eroded_km3
+    }
+
+    /// Difference between the volume found and the volume booked, as a share of the latter.
+    #[must_use]
+    pub fn closing_error(&self, found_km3: f64) -> f64 {
+        let booked = self.booked_km3();
+        (found_km3 - booked) / booked.abs().max(1.0)
+    }
+}

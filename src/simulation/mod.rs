@@ -1,0 +1,62 @@
+//! The history of a planet: sub-plates as entities on one mesh, a step of ordered stages.
+//!
+//! [`History`] is the way in: a [`Recipe`] goes in, steps are run, a [`Surface`] comes out. Under it
+//! lies an ordinary Bevy world: sub-plates are entities ([`SubPlate`]), plates are entities
+//! ([`Plate`]), the mesh and the books are resources, and each stage is a plugin of
+//! [`SimulationPlugins`] that can be replaced.
+//!
+//! # Determinism
+//!
+//! The same recipe grows the same planet, bit for bit. Sums run in a fixed order, random numbers
+//! come from streams keyed by what they decide ([`streams`]), transcendental functions from `libm`.
+
+mod boundaries;
+mod check;
+mod clock;
+mod columns;
+pub mod constants;
+mod error;
+mod history;
+mod ledger;
+mod plate;
+mod plugin;
+mod reach;
+mod recipe;
+mod schedule;
+mod sea;
+mod stages;
+mod start;
+mod statistics;
+pub mod streams;
+mod sub_plate;
+mod surface;
+mod topology;
+
+pub use boundaries::{Boundaries, Contact, Contacts, Front, Motion};
+pub use clock::{Clock, Tick};
+pub use columns::Columns;
+pub use error::TectonicError;
+pub use history::{History, Outcome, Progress};
+pub use ledger::Ledger;
+pub use plate::{
+    DrivingTorque, NextPlateId, Plate, PlateArea, PlateBorn, PlateRow, PlateTable, Rotation,
+};
+pub use plugin::{
+    ApplyForcesPlugin, ClassifyBoundariesPlugin, CreateCrustPlugin, ErodePlugin, MovePlugin,
+    RefinePlugin, ReorganizePlatesPlugin, RepairMeshPlugin, ResolveCollisionsPlugin,
+    SimulationPlugin, SimulationPlugins, UpliftPlugin,
+};
+pub use reach::{Reach, reach};
+pub use recipe::{Drive, FEWEST_SUB_PLATES, MOST_SUB_PLATES, Recipe, Start};
+pub use schedule::{
+    Cancellation, StageTimings, StepFailure, TectonicStep, TectonicSystems, record_failure,
+};
+pub use sea::Sea;
+pub use stages::{Splits, sea_floor_depth};
+pub use statistics::Statistics;
+pub use sub_plate::{
+    Created, Crust, Deviation, Elevation, FoldDirection, MaterialArea, Orogeny, OrogenyBegan,
+    PlateId, Position, RidgeDirection, Slab, SubPlate, Thickness, Trench, Velocity,
+};
+pub use surface::Surface;
+pub use topology::{BoundaryKind, EdgeState, Topology};

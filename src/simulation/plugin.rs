@@ -1,0 +1,182 @@
+//! Plugins: one for what all stages share, one per stage, and the group of them all.
+
+use super::{
+    boundaries::{Boundaries, Contacts},
+    clock::Clock,
+    ledger::Ledger,
+    plate::{DrivingTorque, NextPlateId, Plate, PlateArea, PlateBorn, Rotation},
+    recipe::Recipe,
+    schedule::{
+        self, Cancellation, StageTimings, StepFailure, TectonicStep, TectonicSystems,
+        record_failure,
+    },
+    sea::Sea,
+    stages::*,
+    sub_plate::*,
+};
+use bevy::app::PluginGroupBuilder;
+use bevy::prelude::*;
+
+/// The whole simulation. Put it into any `App`, or let [`History`](super::History) do so.
+///
+/// | plugin | stage |
+/// |---|---|
+/// | [`SimulationPlugin`] | components, resources, the [`TectonicStep`] schedule |
+/// | [`RefinePlugin`] | cells split and merge |
+/// | [`ClassifyBoundariesPlugin`] | fronts and their kinds |
+/// | [`CreateCrustPlugin`] | ridges and tearing rifts |
+/// | [`ApplyForcesPlugin`] | slabs, torque balance, soft margins |
+/// | [`MovePlugin`] | sub-plates move |
+/// | [`UpliftPlugin`] | arcs, trenches, plateaus |
+/// | [`ResolveCollisionsPlugin`] | subduction and crushing |
+/// | [`RepairMeshPlugin`] | Delaunay, slivers |
+/// | [`ErodePlugin`] | wear, sediment, isostasy, sea |
+/// | [`ReorganizePlatesPlugin`] | sutures, rifts, new trenches, splinters |
+///
+/// Every stage can be left out or replaced:
+/// `SimulationPlugins.build().disable::<ErodePlugin>().add(MyErosion)`. The mesh stays valid only
+/// with `MovePlugin`, `ResolveCollisionsPlugin` and `RepairMeshPlugin` (or their like) in place.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct SimulationPlugins;
+
+impl PluginGroup for SimulationPlugins {
+    fn build(self) -> PluginGroupBuilder {
+        PluginGroupBuilder::start::<Self>()
+            .add(SimulationPlugin)
+            .add(RefinePlugin)
+            .add(ClassifyBoundariesPlugin)
+            .add(CreateCrustPlugin)
+            .add(ApplyForcesPlugin)
+            .add(MovePlugin)
+            .add(UpliftPlugin)
+            .add(ResolveCollisionsPlugin)
+            .add(RepairMeshPlugin)
+            .add(ErodePlugin)
+            .add(ReorganizePlatesPlugin)
+    }
+}
+
+/// What all stages share: types, resources and the schedule of the step.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct SimulationPlugin;
+
+impl Plugin for SimulationPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<AppTypeRegistry>()
+            .register_type::<SubPlate>()
+            .register_type::<Position>()
+            .register_type::<Velocity>()
+            .register_type::<Deviation>()
+            .register_type::<PlateId>()
+            .register_type::<Crust>()
+            .register_type::<Elevation>()
+            .register_type::<Thickness>()
+            .register_type::<MaterialArea>()
+            .register_type::<Created>()
+            .register_type::<Orogeny>()
+            .register_type::<OrogenyBegan>()
+            .register_type::<FoldDirection>()
+            .register_type::<RidgeDirection>()
+            .register_type::<Slab>()
+            .register_type::<Trench>()
+            .register_type::<Plate>()
+            .register_type::<Rotation>()
+            .register_type::<PlateArea>()
+            .register_type::<PlateBorn>()
+            .register_type::<DrivingTorque>()
+            .register_type::<NextPlateId>()
+            .register_type::<Recipe>()
+            .register_type::<Clock>()
+            .register_type::<Ledger>()
+            .register_type::<Sea>()
+            .init_resource::<Boundaries>()
+            .init_resource::<Contacts>()
+            .init_resource::<StepFailure>()
+            .init_resource::<Cancellation>()
+            .init_resource::<StageTimings>();
+        schedule::configure(app);
+    }
+}
+
+/// Declares the plugin of a stage: its systems, chained in their set.
+macro_rules! stage {
+    ($(#[$doc:meta])* $plugin:ident, $set:ident, [$($system:expr),+ $(,)?]) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, Copy, Default)]
+        pub struct $plugin;
+
+        impl Plugin for $plugin {
+            fn build(&self, app: &mut App) {
+                app.add_systems(TectonicStep, ($($system,)+).chain().in_set(TectonicSystems::$set));
+            }
+        }
+    };
+}
+
+stage!(
+    /// Stage 1, see [`TectonicSystems::Refine`].
+    RefinePlugin, Refine,
+    [refine::refine.pipe(record_failure), resolve_collisions::close_ranks]
+);
+stage!(
+    /// Stage 2, see [`TectonicSystems::ClassifyBoundaries`].
+    ClassifyBoundariesPlugin, ClassifyBoundaries,
+    [classify_boundaries::classify_boundaries.pipe(record_failure)]
+);
+stage!(
+    /// Stage 3, see [`TectonicSystems::CreateCrust`].
+    CreateCrustPlugin, CreateCrust,
+    [create_crust::create_crust.pipe(record_failure)]
+);
+stage!(
+    /// Stage 4, see [`TectonicSystems::ApplyForces`].
+    ApplyForcesPlugin, ApplyForces,
+    [
+        apply_forces::slabs::grow_slabs.pipe(record_failure),
+        apply_forces::torque_balance::balance_torques.pipe(record_failure),
+        apply_forces::margins::bend_margins.pipe(record_failure),
+    ]
+);
+stage!(
+    /// Stage 5, see [`TectonicSystems::Move`].
+    MovePlugin, Move,
+    [
+        motion::move_sub_plates.pipe(record_failure),
+        motion::place_vertices.pipe(record_failure),
+    ]
+);
+stage!(
+    /// Stage 6, see [`TectonicSystems::Uplift`].
+    UpliftPlugin, Uplift,
+    [uplift::uplift.pipe(record_failure)]
+);
+stage!(
+    /// Stage 7, see [`TectonicSystems::ResolveCollisions`].
+    ResolveCollisionsPlugin, ResolveCollisions,
+    [
+        resolve_collisions::resolve_collisions.pipe(record_failure),
+        resolve_collisions::close_ranks,
+    ]
+);
+stage!(
+    /// Stage 8, see [`TectonicSystems::RepairMesh`].
+    RepairMeshPlugin, RepairMesh,
+    [repair_mesh::repair_mesh.pipe(record_failure)]
+);
+stage!(
+    /// Stage 9, see [`TectonicSystems::Erode`].
+    ErodePlugin, Erode,
+    [erode::erode.pipe(record_failure), erode::settle.pipe(record_failure)]
+);
+stage!(
+    /// Stage 10, see [`TectonicSystems::ReorganizePlates`].
+    ReorganizePlatesPlugin, ReorganizePlates,
+    [
+        reorganize_plates::fronts::smooth_fronts.pipe(record_failure),
+        reorganize_plates::suture::suture.pipe(record_failure),
+        reorganize_plates::rift::rift.pipe(record_failure),
+        reorganize_plates::founder::founder.pipe(record_failure),
+        reorganize_plates::basins::fill_basins.pipe(record_failure),
+        reorganize_plates::splinters::absorb_splinters.pipe(record_failure),
+    ]
+);

@@ -1,0 +1,152 @@
+//! What a planet is grown from.
+
+use super::{constants::Constants, error::TectonicError};
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// Smallest number of sub-plates that still holds a handful of plates.
+pub const FEWEST_SUB_PLATES: u32 = 200;
+/// Largest number of sub-plates.
+pub const MOST_SUB_PLATES: u32 = 2_000_000;
+
+/// How the plates of a new world are laid out.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, Reflect)]
+#[serde(rename_all = "kebab-case")]
+pub enum Start {
+    /// Plates grow from random seeds, one shuffled frontier a round (Yggdrasill).
+    #[default]
+    FloodFill,
+    /// Cells of random centres under noise-warped distance (Cortial et al. 2019, section 3).
+    Voronoi,
+}
+
+/// What turns the plates.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, Reflect)]
+#[serde(rename_all = "kebab-case")]
+pub enum Drive {
+    /// Torque balance of the forces at the boundaries, with soft margins.
+    #[default]
+    Soft,
+    /// The same balance on exactly rigid plates.
+    Rigid,
+}
+
+/// Everything a planet is grown from. The same recipe grows the same planet, bit for bit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, Resource, Reflect)]
+#[serde(default, deny_unknown_fields)]
+#[reflect(Resource)]
+pub struct Recipe {
+    /// Seed of every random stream.
+    pub seed: u64,
+    /// Number of sub-plates, 200 to 2,000,000.
+    pub sub_plates: u32,
+    /// Length of the history in My, 0 to 10,000.
+    pub duration_my: f64,
+    /// Radius in km, 500 to 50,000. Earth's is 6,371.
+    pub radius_km: f64,
+    /// Layout of the first plates.
+    pub start: Start,
+    /// Number of plates at the start, 2 to 200.
+    pub plates: u32,
+    /// Share of the sphere that is continental crust at the start, 0 to 0.9. Earth's is 0.41.
+    pub continental_share: f64,
+    /// Share of the sphere that is dry at the start, 0 to 0.9; fixes the volume of the sea. Earth's is 0.29.
+    pub land_share: f64,
+    /// What turns the plates.
+    pub drive: Drive,
+    /// Constants of the model.
+    pub constants: Constants,
+}
+
+impl Default for Recipe {
+    fn default() -> Self {
+        Self {
+            seed: 0,
+            sub_plates: 10_000,
+            duration_my: 250.0,
+            radius_km: 6371.0,
+            start: Start::default(),
+            plates: 24,
+            continental_share: 0.41,
+            land_share: 0.30,
+            drive: Drive::default(),
+            constants: Constants::default(),
+        }
+    }
+}
+
+impl Recipe {
+    /// A planet like Earth: 10,000 sub-plates, 250 My.
+    #[must_use]
+    pub fn earth_like(seed: u64) -> Self {
+        Self {
+            seed,
+            ..Self::default()
+        }
+    }
+
+    /// The same recipe with another number of sub-plates.
+    #[must_use]
+    pub fn with_sub_plates(mut self, sub_plates: u32) -> Self {
+        self.sub_plates = sub_plates;
+        self
+    }
+
+    /// The same recipe with a history of another length, in My.
+    #[must_use]
+    pub fn with_duration(mut self, duration_my: f64) -> Self {
+        self.duration_my = duration_my;
+        self
+    }
+
+    /// Nominal spacing of sub-plates in km: the side of a square as large as one cell.
+    #[must_use]
+    pub fn spacing_km(&self) -> f64 {
+        self.cell_area_km2().sqrt()
+    }
+
+    /// Nominal area of a sub-plate's cell in km².
+    #[must_use]
+    pub fn cell_area_km2(&self) -> f64 {
+        4.0 * core::f64::consts::PI * self.radius_km * self.radius_km / f64::from(self.sub_plates)
+    }
+
+    /// Says which value lies outside its range, if one does.
+    ///
+    /// # Errors
+    /// [`TectonicError::Recipe`] with the first offending value and what is allowed.
+    pub fn validate(&self) -> Result<(), TectonicError> {
+        fn within<T: PartialOrd + core::fmt::Display>(
+            field: &str,
+            value: T,
+            range: core::ops::RangeInclusive<T>,
+            unit: &str,
+        ) -> Result<(), TectonicError> {
+            if range.contains(&value) {
+                return Ok(());
+            }
+            Err(TectonicError::Recipe {
+                field: field.into(),
+                value: value.to_string(),
+                allowed: format!("between {} and {}{unit}", range.start(), range.end()),
+            })
+        }
+        within("sub_plates", self.sub_plates, FEWEST_SUB_PLATES..=MOST_SUB_PLATES, "")?;
+        within("duration_my", self.duration_my, 0.0..=10_000.0, " My")?;
+        within("radius_km", self.radius_km, 500.0..=50_000.0, " km")?;
+        within("plates", self.plates, 2..=200, "")?;
+        if self.plates > self.sub_plates / 20 {
+            return Err(TectonicError::Recipe {
+                field: "plates".into(),
+                value: self.plates.to_string(),
+                allowed: format!(
+                    "at most one for every 20 sub-plates, here {}",
+                    self.sub_plates / 20
+                ),
+            });
+        }
+        within("continental_share", self.continental_share, 0.0..=0.9, "")?;
+        within("land_share", self.land_share, 0.0..=0.9, "")?;
+        self.constants.validate()
+    }
+}

@@ -1,0 +1,281 @@
+//! Soft margins: springs hold what the boundaries bend.
+//!
+//! Where continents collide, their fronts yield by a share of the closing speed (Yggdrasill's
+//! response, with its falloff over the distance of the two ends). Springs on the edges *and cross
+//! edges* of the margin carry that inland. They are solved as position constraints (XPBD), stable at
+//! any length of step, where explicit springs of the published stiffness would need steps of 200
+//! years; rest lengths follow slowly, so that what stays bent is bent for good.
+
+use super::super::super::{
+    boundaries::Boundaries,
+    clock::Clock,
+    columns::Columns,
+    error::TectonicError,
+    recipe::{Drive, Recipe},
+    sub_plate::{Deviation, MaterialArea, PlateId, SubPlate, Thickness},
+    topology::{EdgeState, Topology},
+};
+use crate::mesh::{NONE, SphereMesh};
+use bevy::prelude::*;
+use glam::DVec3;
+
+/// Passes over all springs of the margin. A push crosses one edge a pass, and margins are a few wide.
+const PASSES: usize = 4;
+/// Deviations below this die at once, in km/My, so that margins heal and cost nothing.
+const STILL: f64 = 0.02;
+/// Largest change of a cell's area in one step.
+const LARGEST_STRAIN: f64 = 0.05;
+
+/// Bends the margins: sets the deviation of every sub-plate from its plate's rotation, and thickens
+/// or thins the crust by what its cell loses or gains in area.
+pub(in crate::simulation) fn bend_margins(
+    recipe: Res<Recipe>,
+    clock: Res<Clock>,
+    boundaries: Res<Boundaries>,
+    mut topology: ResMut<Topology>,
+    mut sub_plates: Query<
+        (&PlateId, &mut Deviation, &mut Thickness, &mut MaterialArea),
+        With<SubPlate>,
+    >,
+) -> Result<(), TectonicError> {
+    let mesh = &mut topology.0;
+    let (plate, mut deviation, mut thickness, mut area) =
+        sub_plates.columns(mesh.vertex_count())?;
+    let deviation = deviation.bypass_change_detection();
+    let constants = &recipe.constants.margins;
+    if recipe.drive == Drive::Rigid || constants.rigidity >= 1.0 {
+        return Ok(());
+    }
+    let radius = recipe.radius_km;
+    let step = clock.step_my;
+
+    let pushes = collision_pushes(&recipe, &boundaries, mesh, plate);
+    let margin = Margin::around(&recipe, mesh, plate, deviation, &pushes);
+    if margin.vertices.is_empty() {
+        return Ok(());
+    }
+    // Displacements in this step, in radii, relative to the plate's rigid rotation.
+    let kept = libm::exp(-step / constants.drag);
+    let mut shift: Vec<DVec3> = margin
+        .vertices
+        .iter()
+        .map(|&v| deviation[v as usize].0.as_dvec3() * (kept * step / radius))
+        .collect();
+    for &(v, push) in &pushes {
+        let shift = &mut shift[margin.place[v as usize] as usize];
+        let push = push * (step / radius);
+        let missing = push.length() - shift.dot(push.normalize_or_zero());
+        *shift += push.normalize_or_zero() * missing.max(0.0);
+    }
+    margin.relax_springs(&recipe, mesh, plate, &mut shift, step);
+
+    let softness = 1.0 - constants.rigidity;
+    let strains: Vec<f64> = margin
+        .vertices
+        .iter()
+        .enumerate()
+        .map(|(i, &v)| {
+            let site = mesh.site(v);
+            let soft = shift[i] * softness;
+            shift[i] = soft - site * site.dot(soft);
+            let speed = shift[i] * (radius / step);
+            let speed = if speed.length() < STILL { DVec3::ZERO } else { speed };
+            deviation[v as usize].0 = speed.as_vec3();
+            v
+        })
+        .collect::<Vec<_>>()
+        .into_iter()
+        .map(|v| margin.strain(mesh, &shift, v))
+        .collect();
+    let (thickness, area) =
+        (thickness.bypass_change_detection(), area.bypass_change_detection());
+    for (&v, strain) in margin.vertices.iter().zip(strains) {
+        // Volume = thickness × area stays exactly.
+        let ratio = 1.0 + strain.clamp(-LARGEST_STRAIN, LARGEST_STRAIN);
+        let fits = thickness[v as usize].0 / ratio <= recipe.constants.collisions.thickest;
+        if ratio > 1.0 || fits {
+            let volume = thickness[v as usize].0 * area[v as usize].0;
+            area[v as usize].0 *= ratio;
+            thickness[v as usize].0 = volume / area[v as usize].0;
+        }
+    }
+    Ok(())
+}
+
+/// Speeds in km/My with which colliding fronts yield, inward, by vertex.
+fn collision_pushes(
+    recipe: &Recipe,
+    boundaries: &Boundaries,
+    mesh: &SphereMesh<EdgeState>,
+    plate: &[PlateId],
+) -> Vec<(u32, DVec3)> {
+    let spacing = recipe.spacing_km();
+    let mut pushes: Vec<(u32, DVec3)> = Vec::new();
+    for front in &boundaries.fronts {
+        if !front.continental || front.opening >= 0.0 {
+            continue;
+        }
+        let [u, v] = front.vertices;
+        let distance = mesh.site(u).distance(mesh.site(v)) * recipe.radius_km;
+        // Yggdrasill: 1 / (1 + (max(0, d − d_min) / d_min)²), with d_min at the local scale.
+        let far = (distance - 0.7 * spacing).max(0.0) / (0.7 * spacing);
+        let falloff = 1.0 / (1.0 + far * far);
+        let speed = 0.5 * recipe.constants.margins.shortening * -front.opening * falloff;
+        for (vertex, inward) in [(u, -front.direction), (v, front.direction)] {
+            if plate[vertex as usize].0 != 0 {
+                pushes.push((vertex, inward * speed));
+            }
+        }
+    }
+    pushes.sort_by(|a, b| {
+        a.0.cmp(&b.0).then(b.1.length_squared().total_cmp(&a.1.length_squared()))
+    });
+    pushes.dedup_by_key(|(vertex, _)| *vertex);
+    pushes
+}
+
+/// The sub-plates that may leave their plate's rigid rotation in this step.
+struct Margin {
+    vertices: Vec<u32>,
+    place: Vec<u32>,
+}
+
+impl Margin {
+    /// Everything on the same plate within the margin's width of a push, and all that still moves.
+    fn around(
+        recipe: &Recipe,
+        mesh: &SphereMesh<EdgeState>,
+        plate: &[PlateId],
+        deviation: &[Deviation],
+        pushes: &[(u32, DVec3)],
+    ) -> Self {
+        let rings = (recipe.constants.margins.width / recipe.spacing_km()).round().max(1.0) as usize;
+        let mut place = vec![NONE; mesh.vertex_count()];
+        let mut vertices: Vec<u32> = pushes.iter().map(|(v, _)| *v).collect();
+        for &v in &vertices {
+            place[v as usize] = 0;
+        }
+        let mut ring = 0..vertices.len();
+        for _ in 0..rings {
+            for i in ring.clone() {
+                let v = vertices[i];
+                for w in mesh.neighbours(v) {
+                    if place[w as usize] == NONE && plate[w as usize] == plate[v as usize] {
+                        place[w as usize] = 0;
+                        vertices.push(w);
+                    }
+                }
+            }
+            ring = ring.end..vertices.len();
+        }
+        for (v, deviation) in deviation.iter().enumerate() {
+            if deviation.0 != glam::Vec3::ZERO && place[v] == NONE {
+                place[v] = 0;
+                vertices.push(v as u32);
+            }
+        }
+        vertices.sort_unstable();
+        for (i, &v) in vertices.iter().enumerate() {
+            place[v as usize] = i as u32;
+        }
+        Self { vertices, place }
+    }
+
+    /// Place of a vertex in the margin, if it belongs to it.
+    fn place(&self, v: u32) -> Option<usize> {
+        let place = self.place[v as usize];
+        (place != NONE).then_some(place as usize)
+    }
+
+    /// Projects all springs of the margin; ends outside it do not give.
+    fn relax_springs(
+        &self,
+        recipe: &Recipe,
+        mesh: &mut SphereMesh<EdgeState>,
+        plate: &[PlateId],
+        shift: &mut [DVec3],
+        step: f64,
+    ) {
+        struct Spring {
+            ends: [u32; 2],
+            rest: f64,
+        }
+        let constants = &recipe.constants.margins;
+        let flow = 1.0 - libm::exp(-step / constants.flow);
+        let mut edges: Vec<u32> = self
+            .vertices
+            .iter()
+            .flat_map(|&v| mesh.outgoing(v).map(|h| h / 2).collect::<Vec<_>>())
+            .collect();
+        edges.sort_unstable();
+        edges.dedup();
+        let mut springs = Vec::with_capacity(2 * edges.len());
+        for edge in edges {
+            let (u, v) = mesh.endpoints(edge);
+            let across = [mesh.apex(2 * edge), mesh.apex(2 * edge + 1)];
+            let lengths = [[u, v], across]
+                .map(|[a, b]| (mesh.site(a).distance(mesh.site(b)), plate[a as usize] == plate[b as usize]));
+            let state = mesh.payload_mut(edge);
+            // The rest length follows what lasts, and is measured anew where there was none.
+            let settle = |rest: &mut f32, (length, joined): (f64, bool)| -> Option<f64> {
+                if !joined {
+                    *rest = 0.0;
+                    return None;
+                }
+                let old = if *rest > 0.0 { f64::from(*rest) } else { length };
+                *rest = (old + (length - old) * flow) as f32;
+                Some(f64::from(*rest))
+            };
+            if let Some(rest) = settle(&mut state.rest, lengths[0]) {
+                springs.push(Spring { ends: [u, v], rest });
+            }
+            if let Some(rest) = settle(&mut state.cross_rest, lengths[1]) {
+                springs.push(Spring { ends: across, rest });
+            }
+        }
+        for _ in 0..PASSES {
+            for spring in &springs {
+                let [a, b] = spring.ends;
+                let (i, j) = (self.place(a), self.place(b));
+                let free = f64::from(u8::from(i.is_some()) + u8::from(j.is_some()));
+                if free == 0.0 {
+                    continue;
+                }
+                let at = |v: u32, i: Option<usize>| mesh.site(v) + i.map_or(DVec3::ZERO, |i| shift[i]);
+                let along = at(b, j) - at(a, i);
+                let length = along.length();
+                if length < 1e-9 {
+                    continue;
+                }
+                let excess = length - spring.rest;
+                let softness = if excess < 0.0 {
+                    constants.compliance / constants.compressed_ratio
+                } else {
+                    constants.compliance
+                };
+                let give = along * (excess / (length * (free + softness)));
+                if let Some(i) = i {
+                    shift[i] += give;
+                }
+                if let Some(j) = j {
+                    shift[j] -= give;
+                }
+            }
+        }
+    }
+
+    /// Relative growth of the triangles around a vertex under the displacements.
+    fn strain(&self, mesh: &SphereMesh<EdgeState>, shift: &[DVec3], v: u32) -> f64 {
+        let moved = |w: u32| {
+            mesh.site(w) + self.place(w).map_or(DVec3::ZERO, |place| shift[place])
+        };
+        let (mut before, mut after) = (0.0, 0.0);
+        for h in mesh.outgoing(v) {
+            let [a, b, c] = mesh.triangle_vertices(h);
+            let area = |a: DVec3, b: DVec3, c: DVec3| (b - a).cross(c - a).length();
+            before += area(mesh.site(a), mesh.site(b), mesh.site(c));
+            after += area(moved(a), moved(b), moved(c));
+        }
+        if before > 0.0 { after / before - 1.0 } else { 0.0 }
+    }
+}

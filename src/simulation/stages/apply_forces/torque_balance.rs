@@ -1,0 +1,278 @@
+//! The balance of torques that turns the plates.
+//!
+//! Lithosphere has no inertia: at every moment drag balances drive. One linear system holds for all
+//! plates together,
+//!
+//! `Σ c a (I − r rᵀ) ωᵢ + Σ η l q qᵀ (ωᵢ − ωⱼ) = (1/R) Σ r × F`,
+//!
+//! the first sum over the sub-plates of plate i (drag c, area a), the second over its fronts
+//! (viscosity η, length l; `q = r × n` for motion across the front and `r × t` along it). It is
+//! symmetric and positive definite, and solved by Cholesky's method. Treating the fronts' friction
+//! implicitly is what keeps collisions from ringing.
+
+use super::super::super::{
+    boundaries::{Boundaries, Contacts, Front},
+    clock::Clock,
+    columns::Columns,
+    error::TectonicError,
+    plate::{DrivingTorque, Plate, PlateBorn, PlateTable, Rotation},
+    recipe::Recipe,
+    sub_plate::{Created, Crust, MaterialArea, PlateId, Slab, SubPlate},
+    topology::Topology,
+};
+use bevy::prelude::*;
+use glam::{DMat3, DVec3};
+
+/// Age at which a slab pulls with its nominal force, in My.
+const SLAB_AGE: f64 = 80.0;
+/// Age beyond which it pulls no harder, in My.
+const SLAB_OLDEST: f64 = 120.0;
+/// Opening speed at which ridge push is full, in km/My.
+const RIDGE_FULL: f64 = 5.0;
+/// Collisions resist a little before anything has interpenetrated.
+const COLLISION_FIRST: f64 = 0.15;
+/// Largest growth of the resistance of a collision.
+const COLLISION_MOST: f64 = 3.0;
+/// Added to each plate's drag, as a share of its trace: a plate of a few cells cannot balance its
+/// spin about its own centre.
+const SPIN_DRAG: f64 = 0.02;
+
+/// Turns the plates towards the rotations that balance all torques.
+pub(in crate::simulation) fn balance_torques(
+    recipe: Res<Recipe>,
+    clock: Res<Clock>,
+    boundaries: Res<Boundaries>,
+    contacts: Res<Contacts>,
+    topology: Res<Topology>,
+    mut plates: Query<(Entity, &Plate, &mut Rotation, &PlateBorn, &mut DrivingTorque)>,
+    mut sub_plates: Query<(&PlateId, &Crust, &Created, &MaterialArea, &Slab), With<SubPlate>>,
+) -> Result<(), TectonicError> {
+    let mesh = &topology.0;
+    let (plate, crust, created, area, slab) = sub_plates.columns(mesh.vertex_count())?;
+    let table =
+        PlateTable::gather(plates.iter().map(|(e, plate, rotation, born, _)| (e, plate, rotation, born)));
+    let constants = &recipe.constants.motion;
+
+    let count = table.rows().len();
+    let mut system = System::new(count);
+    for (i, drag) in drag_tensors(&recipe, mesh.sites(), plate, crust, area, &table).into_iter().enumerate() {
+        let spin = SPIN_DRAG * (drag.x_axis.x + drag.y_axis.y + drag.z_axis.z);
+        system.add(i, i, drag + DMat3::from_diagonal(DVec3::splat(spin.max(1.0))));
+    }
+    let mut torques = vec![DrivingTorque::default(); count];
+    for front in &boundaries.fronts {
+        let (Some(i), Some(j)) = (table.row(front.plates[0]), table.row(front.plates[1])) else {
+            continue;
+        };
+        let pair = [i, j];
+        drive(front, pair, &recipe, &clock, &contacts, created, slab, &mut torques);
+        let along = front.midpoint.cross(front.direction);
+        system.couple(i, j, front.midpoint.cross(along), constants.friction * front.length);
+        let across = if front.opening >= 0.0 {
+            0.0
+        } else if front.continental {
+            let depth = contacts
+                .get(front.plates[0], front.plates[1])
+                .map_or(0.0, |contact| contact.interpenetration / constants.collision_length);
+            constants.collision * (COLLISION_FIRST + depth.min(COLLISION_MOST))
+        } else {
+            constants.friction
+        };
+        system.couple(i, j, along, across * front.length);
+    }
+    for (i, torque) in torques.iter().enumerate() {
+        let sum = torque.slab_pull + torque.slab_suction + torque.ridge_push;
+        system.load(i, sum / recipe.radius_km);
+    }
+    let target = system
+        .solve()
+        .ok_or(TectonicError::TorqueBalance { time_my: clock.time_my })?;
+
+    let share = 1.0 - libm::exp(-clock.step_my / constants.response);
+    for (row, plate) in table.rows().iter().enumerate() {
+        if let Ok((_, _, mut rotation, _, mut torque)) = plates.get_mut(plate.entity) {
+            rotation.0 = rotation.0.lerp(target[row], share);
+            *torque = torques[row];
+        }
+    }
+    Ok(())
+}
+
+/// Adds the driving forces of one front to the torques of its two plates.
+fn drive(
+    front: &Front,
+    rows: [usize; 2],
+    recipe: &Recipe,
+    clock: &Clock,
+    contacts: &Contacts,
+    created: &[Created],
+    slab: &[Slab],
+    torques: &mut [DrivingTorque],
+) {
+    let constants = &recipe.constants.motion;
+    let turn = front.midpoint.cross(front.normal);
+    if front.opening > 0.0 {
+        let young = contacts
+            .get(front.plates[0], front.plates[1])
+            .and_then(|contact| contact.rifted_my)
+            .is_some_and(|rifted| clock.time_my - rifted < constants.rift_push_time);
+        let push = constants.ridge_push * (front.opening / RIDGE_FULL).min(1.0)
+            + if young { constants.rift_push } else { 0.0 };
+        torques[rows[0]].ridge_push -= turn * push;
+        torques[rows[1]].ridge_push += turn * push;
+    }
+    if let Some(under) = front.under {
+        let over = 1 - under;
+        let hanging = f64::from(slab[front.vertices[over] as usize].0) / constants.slab_full;
+        let age = clock.time_my - f64::from(created[front.vertices[under] as usize].0);
+        let strength = (age.clamp(0.0, SLAB_OLDEST) / SLAB_AGE).sqrt() * hanging.min(1.0);
+        // Towards the trench, seen from each side.
+        let towards = |end: usize| if end == 0 { turn } else { -turn };
+        torques[rows[under]].slab_pull += towards(under) * (constants.slab_pull * strength);
+        torques[rows[over]].slab_suction += towards(over) * (constants.slab_suction * strength);
+    }
+}
+
+/// `Σ c a (I − r rᵀ)` of every plate.
+fn drag_tensors(
+    recipe: &Recipe,
+    sites: &[DVec3],
+    plate: &[PlateId],
+    crust: &[Crust],
+    area: &[MaterialArea],
+    table: &PlateTable,
+) -> Vec<DMat3> {
+    let constants = &recipe.constants.motion;
+    // Per plate: Σ w, then the six distinct entries of Σ w r rᵀ.
+    let mut sums = vec![[0.0_f64; 7]; table.rows().len()];
+    for v in 0..plate.len() {
+        let Some(row) = table.row(plate[v]) else { continue };
+        let drag =
+            if crust[v].is_continental() { constants.continent_drag } else { constants.ocean_drag };
+        let (w, r) = (drag * area[v].0, sites[v]);
+        let sum = &mut sums[row];
+        sum[0] += w;
+        sum[1] += w * r.x * r.x;
+        sum[2] += w * r.y * r.y;
+        sum[3] += w * r.z * r.z;
+        sum[4] += w * r.x * r.y;
+        sum[5] += w * r.x * r.z;
+        sum[6] += w * r.y * r.z;
+    }
+    sums.into_iter()
+        .map(|[w, xx, yy, zz, xy, xz, yz]| {
+            DMat3::from_cols(
+                DVec3::new(w - xx, -xy, -xz),
+                DVec3::new(-xy, w - yy, -yz),
+                DVec3::new(-xz, -yz, w - zz),
+            )
+        })
+        .collect()
+}
+
+/// A dense symmetric system of three unknowns per plate, of which the lower half is kept.
+struct System {
+    size: usize,
+    matrix: Vec<f64>,
+    right: Vec<f64>,
+}
+
+impl System {
+    fn new(plates: usize) -> Self {
+        let size = 3 * plates;
+        Self { size, matrix: vec![0.0; size * size], right: vec![0.0; size] }
+    }
+
+    /// Adds a block at the rows of plate `i` and the columns of plate `j`.
+    fn add(&mut self, i: usize, j: usize, block: DMat3) {
+        for column in 0..3 {
+            for row in 0..3 {
+                self.matrix[(3 * i + row) * self.size + 3 * j + column] += block.col(column)[row];
+            }
+        }
+    }
+
+    /// Adds `strength · q qᵀ (ωᵢ − ωⱼ)` to plate i and its reaction to plate j.
+    fn couple(&mut self, i: usize, j: usize, q: DVec3, strength: f64) {
+        if strength == 0.0 {
+            return;
+        }
+        let block = DMat3::from_cols(q * q.x, q * q.y, q * q.z) * strength;
+        self.add(i, i, block);
+        self.add(j, j, block);
+        self.add(i, j, -block);
+        self.add(j, i, -block);
+    }
+
+    fn load(&mut self, i: usize, torque: DVec3) {
+        for axis in 0..3 {
+            self.right[3 * i + axis] += torque[axis];
+        }
+    }
+
+    /// Cholesky: `L Lᵀ x = b`. None if the matrix is not positive definite or not finite.
+    fn solve(mut self) -> Option<Vec<DVec3>> {
+        let n = self.size;
+        let a = &mut self.matrix;
+        for i in 0..n {
+            for j in 0..=i {
+                let (row_i, row_j) = (i * n, j * n);
+                let mut sum = a[row_i + j];
+                for k in 0..j {
+                    sum -= a[row_i + k] * a[row_j + k];
+                }
+                if i == j {
+                    if !(sum > 0.0) || !sum.is_finite() {
+                        return None;
+                    }
+                    a[row_i + i] = sum.sqrt();
+                } else {
+                    a[row_i + j] = sum / a[row_j + j];
+                }
+            }
+        }
+        let x = &mut self.right;
+        for i in 0..n {
+            let mut sum = x[i];
+            for k in 0..i {
+                sum -= a[i * n + k] * x[k];
+            }
+            x[i] = sum / a[i * n + i];
+        }
+        for i in (0..n).rev() {
+            let mut sum = x[i];
+            for k in i + 1..n {
+                sum -= a[k * n + i] * x[k];
+            }
+            x[i] = sum / a[i * n + i];
+        }
+        let finite = x.iter().all(|value| value.is_finite());
+        finite.then(|| x.chunks_exact(3).map(DVec3::from_slice).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_coupled_plates_balance() {
+        let mut system = System::new(2);
+        for i in 0..2 {
+            system.add(i, i, DMat3::from_diagonal(DVec3::new(2.0, 3.0, 4.0)));
+        }
+        system.couple(0, 1, DVec3::Z, 4.0);
+        system.load(0, DVec3::new(2.0, 3.0, 12.0));
+        let x = system.solve().unwrap();
+        // z: 4a + 4(a − b) = 12 and 4b + 4(b − a) = 0 give a = 2, b = 1.
+        assert!((x[0] - DVec3::new(1.0, 1.0, 2.0)).length() < 1e-12);
+        assert!((x[1] - DVec3::new(0.0, 0.0, 1.0)).length() < 1e-12);
+    }
+
+    #[test]
+    fn a_singular_system_has_no_solution() {
+        let mut system = System::new(1);
+        system.load(0, DVec3::X);
+        assert!(system.solve().is_none());
+    }
+}

@@ -1,0 +1,264 @@
+//! Stage 2: which edges cross a boundary, how it strikes, and what kind it is.
+//!
+//! A state machine on every edge, primal and cross (Yggdrasill, step 2). The kind follows from the
+//! share of the slip that opens or closes a *smoothed* front: the raw directions of edges zigzag,
+//! and would make crust along transforms.
+
+use super::super::{
+    boundaries::{Boundaries, Contacts, Front},
+    clock::Clock,
+    columns::Columns,
+    constants::BoundaryConstants,
+    error::TectonicError,
+    plate::{Plate, PlateBorn, PlateTable, Rotation},
+    recipe::Recipe,
+    sub_plate::{Created, Crust, PlateId, SubPlate},
+    topology::{BoundaryKind, EdgeState, Topology},
+};
+use crate::mesh::{NONE, SphereMesh};
+use bevy::prelude::*;
+use glam::DVec3;
+use std::collections::BTreeMap;
+
+/// Finds the fronts between plates, smooths their strike and names their kind.
+pub(in crate::simulation) fn classify_boundaries(
+    recipe: Res<Recipe>,
+    clock: Res<Clock>,
+    mut topology: ResMut<Topology>,
+    mut boundaries: ResMut<Boundaries>,
+    mut contacts: ResMut<Contacts>,
+    plates: Query<(Entity, &Plate, &Rotation, &PlateBorn)>,
+    mut sub_plates: Query<(&PlateId, &Crust, &Created), With<SubPlate>>,
+) -> Result<(), TectonicError> {
+    let mesh = &mut topology.0;
+    let (plate, crust, created) = sub_plates.columns(mesh.vertex_count())?;
+    let plates = PlateTable::gather(plates.iter());
+    let constants = &recipe.constants.boundaries;
+    let boundaries = &mut *boundaries;
+
+    find_fronts(mesh, plate, recipe.radius_km, boundaries);
+    smooth_strikes(mesh, plate, constants.smoothing, boundaries);
+    let Boundaries { fronts, .. } = &mut *boundaries;
+    let mut fronts = core::mem::take(fronts);
+    for front in &mut fronts {
+        let [u, v] = front.vertices;
+        front.direction = boundaries.direction((u, mesh.site(u)), (v, mesh.site(v)));
+        let turn = plates.rotation(front.plates[1]) - plates.rotation(front.plates[0]);
+        front.slip = turn.cross(front.midpoint) * recipe.radius_km;
+        front.opening = front.slip.dot(front.direction);
+        front.continental =
+            front.vertices.iter().all(|&v| crust[v as usize].is_continental());
+    }
+    remember_contacts(&fronts, crust, created, &clock, constants, &mut contacts);
+    for front in &mut fronts {
+        front.under = sinking_end(front, crust, &contacts);
+        let before = mesh.payload(front.edge).kind;
+        let kind = classify(before, front, constants);
+        mesh.payload_mut(front.edge).kind = kind;
+    }
+    classify_cross_edges(mesh, plate, &fronts);
+    boundaries.fronts = fronts;
+    Ok(())
+}
+
+/// Collects the edges across plates with their dual normals, and the vertices at them.
+fn find_fronts(
+    mesh: &mut SphereMesh<EdgeState>,
+    plate: &[PlateId],
+    radius: f64,
+    boundaries: &mut Boundaries,
+) {
+    boundaries.fronts.clear();
+    boundaries.vertices.clear();
+    boundaries.place.clear();
+    boundaries.place.resize(mesh.vertex_count(), NONE);
+    for edge in 0..mesh.edge_slots() as u32 {
+        if !mesh.is_edge(edge) {
+            continue;
+        }
+        let (u, v) = mesh.endpoints(edge);
+        let plates = [plate[u as usize], plate[v as usize]];
+        if plates[0] == plates[1] {
+            if mesh.payload(edge).kind != BoundaryKind::Joined
+                || mesh.payload(edge).cross_kind != BoundaryKind::Joined
+            {
+                let state = mesh.payload_mut(edge);
+                state.kind = BoundaryKind::Joined;
+                state.cross_kind = BoundaryKind::Joined;
+            }
+            continue;
+        }
+        let h = 2 * edge;
+        let (a, b) = (mesh.site(u), mesh.site(v));
+        let left = mesh.site(mesh.apex(h));
+        let right = mesh.site(mesh.apex(h ^ 1));
+        let midpoint = (a + b).normalize();
+        // From centroid to centroid: (a + b + left)/3 − (a + b + right)/3.
+        let normal = ((left - right) / 3.0).cross(midpoint) * radius;
+        let normal = if normal.dot(b - a) < 0.0 { -normal } else { normal };
+        for vertex in [u, v] {
+            boundaries.place[vertex as usize] = 0;
+        }
+        boundaries.fronts.push(Front {
+            edge,
+            vertices: [u, v],
+            plates,
+            normal,
+            length: normal.length(),
+            direction: DVec3::ZERO,
+            midpoint,
+            slip: DVec3::ZERO,
+            opening: 0.0,
+            continental: false,
+            under: None,
+        });
+    }
+    for (vertex, place) in boundaries.place.iter_mut().enumerate() {
+        if *place != NONE {
+            *place = boundaries.vertices.len() as u32;
+            boundaries.vertices.push(vertex as u32);
+        }
+    }
+}
+
+/// Sums the normals at every vertex of a front, then blends them twice with the neighbours'.
+fn smooth_strikes(
+    mesh: &SphereMesh<EdgeState>,
+    plate: &[PlateId],
+    weight: f64,
+    boundaries: &mut Boundaries,
+) {
+    let Boundaries { fronts, vertices, strikes, place } = boundaries;
+    strikes.clear();
+    strikes.resize(vertices.len(), DVec3::ZERO);
+    for front in fronts.iter() {
+        let [u, v] = front.vertices.map(|v| place[v as usize] as usize);
+        strikes[u] += front.normal;
+        strikes[v] -= front.normal;
+    }
+    for _ in 0..2 {
+        let before = strikes.clone();
+        for (i, &v) in vertices.iter().enumerate() {
+            for w in mesh.neighbours(v) {
+                let j = place[w as usize];
+                if j == NONE {
+                    continue;
+                }
+                let sign = if plate[w as usize] == plate[v as usize] { weight } else { -weight };
+                strikes[i] += before[j as usize] * sign;
+            }
+            let site = mesh.site(v);
+            let radial = site.dot(strikes[i]);
+            strikes[i] -= site * radial;
+        }
+    }
+}
+
+/// Brings what each pair of plates remembers up to date.
+fn remember_contacts(
+    fronts: &[Front],
+    crust: &[Crust],
+    created: &[Created],
+    clock: &Clock,
+    constants: &BoundaryConstants,
+    contacts: &mut Contacts,
+) {
+    #[derive(Default)]
+    struct Sum {
+        length: f64,
+        continental: f64,
+        closing: f64,
+        oceanic: f64,
+        created: [f64; 2],
+    }
+    let mut sums: BTreeMap<(PlateId, PlateId), Sum> = BTreeMap::new();
+    for front in fronts {
+        let key = Contacts::key(front.plates[0], front.plates[1]);
+        let swap = usize::from(key.0 != front.plates[0]);
+        let sum = sums.entry(key).or_default();
+        sum.length += front.length;
+        if front.continental {
+            sum.continental += front.length;
+            sum.closing += front.length * (-front.opening).max(0.0);
+        }
+        if front.vertices.iter().all(|&v| !crust[v as usize].is_continental()) {
+            sum.oceanic += front.length;
+            for (end, &vertex) in front.vertices.iter().enumerate() {
+                sum.created[end ^ swap] +=
+                    front.length * f64::from(created[vertex as usize].0);
+            }
+        }
+    }
+    for (key, sum) in sums {
+        let contact = contacts.0.entry(key).or_default();
+        contact.last_my = clock.time_my;
+        contact.continental_share = sum.continental / sum.length.max(1e-9);
+        contact.closing = if sum.continental > 0.0 { sum.closing / sum.continental } else { 0.0 };
+        contact.interpenetration += contact.closing * clock.step_my;
+        if contact.subducting.is_none() && sum.oceanic > 0.0 {
+            // The older side is the denser one; fixed while they touch, or fronts grow fingers.
+            let older = if sum.created[0] <= sum.created[1] { key.0 } else { key.1 };
+            contact.subducting = Some(older);
+        }
+    }
+    contacts.0.retain(|_, contact| clock.time_my - contact.last_my < constants.memory);
+}
+
+/// Which end of a front goes under where it closes: sea floor before continent, then the pair's
+/// polarity; none where continents meet.
+fn sinking_end(front: &Front, crust: &[Crust], contacts: &Contacts) -> Option<usize> {
+    let [u, v] = front.vertices.map(|v| crust[v as usize].is_continental());
+    match (u, v) {
+        (true, true) => None,
+        (false, true) => Some(0),
+        (true, false) => Some(1),
+        (false, false) => {
+            let sinking = contacts.get(front.plates[0], front.plates[1])?.subducting?;
+            Some(usize::from(sinking != front.plates[0]))
+        }
+    }
+}
+
+/// The next state of the machine.
+fn classify(before: BoundaryKind, front: &Front, constants: &BoundaryConstants) -> BoundaryKind {
+    let slip = front.slip.length();
+    let converging = match front.under {
+        Some(0) => BoundaryKind::SubductingOrigin,
+        Some(_) => BoundaryKind::SubductingDestination,
+        None => BoundaryKind::Collision,
+    };
+    // Leaving a state takes less than entering it took.
+    let threshold = |kept: bool| {
+        let half = 0.5 * constants.hysteresis;
+        (constants.normal_share + if kept { -half } else { half }) * slip
+    };
+    let was_closing = before.is_subducting() || before == BoundaryKind::Collision;
+    if slip < 1e-6 {
+        BoundaryKind::Transform
+    } else if front.opening > threshold(before == BoundaryKind::Ridge) {
+        BoundaryKind::Ridge
+    } else if -front.opening > threshold(was_closing) {
+        converging
+    } else {
+        BoundaryKind::Transform
+    }
+}
+
+/// A cross edge that leaves its plate takes the kind of the front it crosses.
+fn classify_cross_edges(mesh: &mut SphereMesh<EdgeState>, plate: &[PlateId], fronts: &[Front]) {
+    for front in fronts {
+        let kind = mesh.payload(front.edge).kind;
+        for h in [2 * front.edge, 2 * front.edge + 1] {
+            // The triangle's other two edges cross the same front with their cross edges.
+            for side in [mesh.next(h), mesh.prev(h)] {
+                let across = [mesh.apex(side), mesh.apex(mesh.twin(side))];
+                let joined = plate[across[0] as usize] == plate[across[1] as usize];
+                mesh.payload_mut(side / 2).cross_kind =
+                    if joined { BoundaryKind::Joined } else { kind };
+            }
+        }
+        let across = [mesh.apex(2 * front.edge), mesh.apex(2 * front.edge + 1)];
+        let joined = plate[across[0] as usize] == plate[across[1] as usize];
+        mesh.payload_mut(front.edge).cross_kind = if joined { BoundaryKind::Joined } else { kind };
+    }
+}

@@ -1,0 +1,224 @@
+//! Stage 3: new crust where plates part.
+//!
+//! A boundary triangle whose circumcircle has grown too wide gets a sub-plate at its circumcentre,
+//! where it can make no sliver. On sea floor that is new oceanic crust at a ridge; between three
+//! continental sub-plates it is stretched continental crust, until that is too thin and breaks.
+
+use super::super::{
+    boundaries::{Boundaries, Motion},
+    clock::Clock,
+    columns::Columns,
+    error::TectonicError,
+    ledger::Ledger,
+    plate::{Plate, PlateBorn, PlateTable, Rotation},
+    recipe::Recipe,
+    sub_plate::*,
+    topology::{EdgeState, Topology},
+};
+use crate::mesh::SphereMesh;
+use bevy::prelude::*;
+use glam::DVec3;
+
+/// A gap in the crust that is to be filled.
+struct Gap {
+    site: DVec3,
+    corners: [u32; 3],
+    /// Opening of the front through the triangle; not positive for a mere hole in the mesh.
+    motion: Motion,
+    strike: DVec3,
+}
+
+/// Fills the gaps that opened since the last step.
+pub(in crate::simulation) fn create_crust(
+    mut commands: Commands,
+    recipe: Res<Recipe>,
+    clock: Res<Clock>,
+    boundaries: Res<Boundaries>,
+    mut topology: ResMut<Topology>,
+    mut ledger: ResMut<Ledger>,
+    plates: Query<(Entity, &Plate, &Rotation, &PlateBorn)>,
+    mut sub_plates: Query<
+        (&PlateId, &Crust, &Created, &MaterialArea, &Elevation, &mut Thickness),
+        With<SubPlate>,
+    >,
+) -> Result<(), TectonicError> {
+    let mesh = &mut topology.0;
+    let (plate, crust, created, area, elevation, mut thickness) =
+        sub_plates.columns(mesh.vertex_count())?;
+    let thickness = thickness.bypass_change_detection();
+    let plates = PlateTable::gather(plates.iter());
+    let gaps = find_gaps(mesh, &recipe, &boundaries, &plates, plate, area);
+
+    let constants = &recipe.constants.ridges;
+    let spacing = recipe.spacing_km();
+    let cell = recipe.cell_area_km2();
+    let now = clock.time_my as f32;
+    for gap in gaps {
+        let corners = gap.corners.map(|v| v as usize);
+        let side = older_side(corners, plate, created);
+        let opening = gap.motion.opening > 0.0;
+        let mut child = Child {
+            plate: plate[side],
+            crust: Crust::Oceanic,
+            thickness: constants.oceanic_thickness,
+            created: now,
+            elevation: elevation[side].0,
+            ridge: if opening { gap.site.cross(gap.strike).normalize_or_zero() } else { DVec3::ZERO },
+        };
+        let thinnest = corners.iter().map(|&v| thickness[v].0).fold(f64::MAX, f64::min);
+        let stretched = if opening {
+            thinnest - constants.rift_thinning * spacing / 226.0
+        } else {
+            thinnest
+        };
+        let tears = corners.iter().all(|&v| crust[v].is_continental())
+            && stretched >= constants.breakup_thickness;
+        if tears {
+            child.crust = Crust::Continental;
+            child.thickness = stretched;
+            child.created = corners.iter().map(|&v| created[v].0).fold(now, f32::min);
+            // The new cell's rock comes out of its neighbours.
+            let volume = corners.map(|v| thickness[v].0 * area[v].0);
+            let kept = 1.0 - stretched * cell / volume.iter().sum::<f64>();
+            for v in corners {
+                thickness[v].0 *= kept;
+            }
+            ledger.area_stretched_km2 += cell;
+        } else {
+            if !opening {
+                let of_side = corners.iter().filter(|&&v| plate[v] == child.plate);
+                let (sum, n) = of_side
+                    .filter(|&&v| !crust[v].is_continental())
+                    .fold((0.0, 0), |(sum, n), &v| (sum + created[v].0, n + 1));
+                child.created = if n > 0 { sum / n as f32 } else { now };
+            }
+            ledger.area_created_km2 += cell;
+        }
+        if mesh.insert(gap.site, gap.corners[0]).is_err() {
+            // Only a coincident site is refused, and the gap rule keeps sites apart.
+            continue;
+        }
+        commands.spawn((
+            SubPlate,
+            Position(gap.site.as_vec3()),
+            Velocity((plates.rotation(child.plate).cross(gap.site) * recipe.radius_km).as_vec3()),
+            child.plate,
+            child.crust,
+            Thickness(child.thickness),
+            MaterialArea(cell),
+            Created(child.created),
+            Elevation(child.elevation),
+            RidgeDirection(child.ridge.as_vec3()),
+        ));
+    }
+    Ok(())
+}
+
+/// What a new sub-plate is made of.
+struct Child {
+    plate: PlateId,
+    crust: Crust,
+    thickness: f64,
+    created: f32,
+    elevation: f32,
+    ridge: DVec3,
+}
+
+/// Triangles across plates whose circumcircles are wide enough to take a new sub-plate.
+fn find_gaps(
+    mesh: &SphereMesh<EdgeState>,
+    recipe: &Recipe,
+    boundaries: &Boundaries,
+    plates: &PlateTable,
+    plate: &[PlateId],
+    area: &[MaterialArea],
+) -> Vec<Gap> {
+    let constants = &recipe.constants.ridges;
+    let excess = mesh.vertex_count() as f64 / f64::from(recipe.sub_plates) - 1.0;
+    let base = constants.gap * (1.0 + constants.feedback * excess).clamp(0.8, 1.5);
+    let mut triangles: Vec<u32> = boundaries
+        .fronts
+        .iter()
+        .flat_map(|front| [2 * front.edge, 2 * front.edge + 1])
+        .map(|h| h.min(mesh.next(h)).min(mesh.prev(h)))
+        .collect();
+    triangles.sort_unstable();
+    triangles.dedup();
+
+    let mut gaps: Vec<Gap> = Vec::new();
+    for h in triangles {
+        let corners = mesh.triangle_vertices(h);
+        let spacing = (corners.iter().map(|&v| area[v as usize].0).sum::<f64>() / 3.0).sqrt();
+        let radius = mesh.circumradius(h) * recipe.radius_km;
+        if radius <= base * spacing {
+            continue;
+        }
+        let (motion, strike) = opening_of(mesh, recipe.radius_km, boundaries, plates, plate, corners);
+        let factor = if motion.opening <= 0.0 {
+            constants.closing_factor
+        } else if motion.is_near_transform(constants.transform_share) {
+            constants.transform_factor
+        } else {
+            1.0
+        };
+        let site = mesh.circumcentre(h);
+        let crowded = || {
+            let apart = constants.apart * spacing / recipe.radius_km;
+            gaps.iter().any(|gap| gap.site.distance_squared(site) < apart * apart)
+        };
+        if radius <= base * factor * spacing || crowded() {
+            continue;
+        }
+        gaps.push(Gap { site, corners, motion, strike });
+    }
+    gaps
+}
+
+/// Mean motion over the edges of a triangle that cross plates, and the direction it opens in.
+fn opening_of(
+    mesh: &SphereMesh<EdgeState>,
+    radius: f64,
+    boundaries: &Boundaries,
+    plates: &PlateTable,
+    plate: &[PlateId],
+    corners: [u32; 3],
+) -> (Motion, DVec3) {
+    let end = |v: u32| (v, mesh.site(v), plate[v as usize]);
+    let mut mean = Motion::default();
+    let mut strike = DVec3::ZERO;
+    let mut count = 0.0;
+    for i in 0..3 {
+        let (a, b) = (end(corners[i]), end(corners[(i + 1) % 3]));
+        if a.2 == b.2 {
+            continue;
+        }
+        let motion = boundaries.motion(plates, radius, a, b);
+        mean.opening += motion.opening;
+        mean.slip += motion.slip;
+        let direction = boundaries.direction((a.0, a.1), (b.0, b.1));
+        strike += if direction.dot(strike) < 0.0 { -direction } else { direction };
+        count += 1.0;
+    }
+    if count > 0.0 {
+        mean.opening /= count;
+        mean.slip /= count;
+    }
+    (mean, strike)
+}
+
+/// The corner whose plate is older there: it takes the new crust, so that both flanks grow evenly.
+fn older_side(corners: [usize; 3], plate: &[PlateId], created: &[Created]) -> usize {
+    let mean = |id: PlateId| {
+        let of = corners.iter().filter(|&&v| plate[v] == id);
+        let (sum, n) = of.fold((0.0, 0.0), |(sum, n), &v| (sum + created[v].0, n + 1.0));
+        sum / n
+    };
+    let [a, b, c] = corners;
+    let mut best = a;
+    for v in [b, c] {
+        if mean(plate[v]) < mean(plate[best]) {
+            best = v;
+        }
+    }
+    best
+}

@@ -1,0 +1,257 @@
+//! Stage 9: wear, sediment, isostasy and the sea.
+//!
+//! Thickness and age are the state; elevation is derived from them here. Rock above the base level
+//! is worn off, fills what lies below it, and a part is lost to the deep sea. Base level rises
+//! inland from the crust's edge; behind a passive margin it is the profile of a shelf. Runs at the
+//! pace of the geology clock.
+
+use super::super::{
+    clock::Clock,
+    columns::Columns,
+    constants::ErosionConstants,
+    error::TectonicError,
+    ledger::Ledger,
+    reach::reach,
+    recipe::Recipe,
+    sea::Sea,
+    sub_plate::*,
+    topology::{EdgeState, Topology},
+};
+use crate::mesh::SphereMesh;
+use bevy::prelude::*;
+
+/// Distances from the crust's edge beyond this no longer matter, in km.
+const FAR_INLAND: f64 = 2000.0;
+/// Thickness of the crust that the age–depth law describes, in km.
+const NORMAL_OCEANIC: f64 = 7.0;
+
+/// Wears continents, lays down sediment, and derives every elevation.
+pub(in crate::simulation) fn erode(
+    recipe: Res<Recipe>,
+    clock: Res<Clock>,
+    topology: Res<Topology>,
+    mut ledger: ResMut<Ledger>,
+    sea: Res<Sea>,
+    mut sub_plates: Query<
+        (&PlateId, &Crust, &mut Thickness, &MaterialArea, &Trench),
+        With<SubPlate>,
+    >,
+) -> Result<(), TectonicError> {
+    let Some(time) = clock.geology.due() else {
+        return Ok(());
+    };
+    let mesh = &topology.0;
+    let (plate, crust, mut thickness, area, trench) = sub_plates.columns(mesh.vertex_count())?;
+    let thickness = thickness.bypass_change_detection();
+    let constants = &recipe.constants.erosion;
+
+    let inland = Inland::measure(&recipe, mesh, plate, crust, trench);
+    let mut pool = 0.0;
+    let mut room = Vec::new();
+    for v in 0..crust.len() {
+        if !crust[v].is_continental() {
+            continue;
+        }
+        let base = inland.base_level(v, constants);
+        let height = continental_height(constants, thickness[v].0) - sea.level;
+        let above = height - base;
+        if above > 0.0 {
+            let x = 1e-3 * above;
+            let mut worn = constants.rate * x * x / (x + 1.0) * time;
+            if inland.passive[v] && inland.distance[v] < constants.shelf_width {
+                // Waves plane a margin down to its shelf.
+                let excess = above / constants.isostasy;
+                worn += (excess - worn).max(0.0) * (1.0 - libm::exp(-time / constants.shelf_time));
+            }
+            let worn = worn.min(above / constants.isostasy);
+            thickness[v].0 -= worn;
+            pool += worn * area[v].0;
+        } else if above < 0.0 {
+            room.push((v, -above / constants.isostasy * area[v].0));
+        }
+    }
+    let lost = constants.lost * pool;
+    let whole: f64 = room.iter().map(|(_, room)| room).sum();
+    // A basin takes at most this share of its room, so that it does not fill in one tick.
+    let laid = (pool - lost).min(whole * (1.0 - libm::exp(-time / constants.shelf_time)));
+    if whole > 0.0 {
+        for (v, room) in room {
+            thickness[v].0 += laid * room / whole / area[v].0;
+        }
+    }
+    ledger.eroded_km3 += pool - if whole > 0.0 { laid } else { 0.0 };
+    Ok(())
+}
+
+/// How far each continental sub-plate lies from the edge of its crust.
+struct Inland {
+    distance: Vec<f64>,
+    passive: Vec<bool>,
+}
+
+impl Inland {
+    fn measure(
+        recipe: &Recipe,
+        mesh: &SphereMesh<EdgeState>,
+        plate: &[PlateId],
+        crust: &[Crust],
+        trench: &[Trench],
+    ) -> Self {
+        let half = 0.5 * recipe.spacing_km();
+        let mut sources = Vec::new();
+        let mut passive = Vec::new();
+        for v in 0..crust.len() as u32 {
+            if !crust[v as usize].is_continental() {
+                continue;
+            }
+            let mut at_edge = false;
+            let mut active = false;
+            for w in mesh.neighbours(v) {
+                let sea_floor = !crust[w as usize].is_continental();
+                at_edge |= sea_floor;
+                active |= sea_floor
+                    && (plate[w as usize] != plate[v as usize] || trench[w as usize].0 > 0.0);
+            }
+            if at_edge {
+                sources.push((v, half));
+                passive.push(!active);
+            }
+        }
+        let mut inland =
+            Self { distance: vec![FAR_INLAND; crust.len()], passive: vec![false; crust.len()] };
+        let found = reach(mesh, recipe.radius_km, &sources, FAR_INLAND, |v| {
+            crust[v as usize].is_continental()
+        });
+        for (v, distance, source) in found.found {
+            inland.distance[v as usize] = distance;
+            inland.passive[v as usize] = passive[source as usize];
+        }
+        inland
+    }
+
+    /// Height in m above the sea down to which rock is worn, and up to which sediment fills.
+    fn base_level(&self, v: usize, constants: &ErosionConstants) -> f64 {
+        let distance = self.distance[v];
+        let inner = if self.passive[v] && constants.shelf_width > 0.0 {
+            let out = 1.0 - (distance / constants.shelf_width).min(1.0);
+            if out > 0.0 {
+                return constants.base_edge - constants.shelf_depth * out;
+            }
+            distance - constants.shelf_width
+        } else {
+            distance
+        };
+        (constants.base_edge + constants.base_slope * inner).min(constants.base_highest)
+    }
+}
+
+/// Height of continental crust in m above the reference level (Airy isostasy).
+pub(in crate::simulation) fn continental_height(
+    constants: &ErosionConstants,
+    thickness: f64,
+) -> f64 {
+    constants.isostasy * (thickness - constants.reference_thickness)
+}
+
+/// Depth of normal sea floor in m (positive down) by its age in My: half-space cooling up to 20 My,
+/// then the plate model GDH1 (Stein & Stein 1992).
+#[must_use]
+pub fn sea_floor_depth(age_my: f64) -> f64 {
+    let age = age_my.max(0.0);
+    if age < 20.0 {
+        2600.0 + 365.0 * age.sqrt()
+    } else {
+        5651.0 - 2473.0 * libm::exp(-0.0278 * age)
+    }
+}
+
+/// Derives every elevation from thickness, age, trenches and the sea.
+pub(in crate::simulation) fn settle(
+    recipe: Res<Recipe>,
+    clock: Res<Clock>,
+    topology: Res<Topology>,
+    mut sea: ResMut<Sea>,
+    mut sub_plates: Query<
+        (&PlateId, &Crust, &Thickness, &MaterialArea, &Created, &Trench, &mut Elevation),
+        With<SubPlate>,
+    >,
+) -> Result<(), TectonicError> {
+    if clock.geology.due().is_none() && clock.steps > 0 {
+        return Ok(());
+    }
+    let mesh = &topology.0;
+    let (plate, crust, thickness, area, created, trench, mut elevation) =
+        sub_plates.columns(mesh.vertex_count())?;
+    let elevation = elevation.bypass_change_detection();
+    let constants = &recipe.constants.erosion;
+    let rise = continental_rise(&recipe, mesh, plate, crust);
+    let mut heights: Vec<f64> = (0..crust.len())
+        .map(|v| {
+            if crust[v].is_continental() {
+                return continental_height(constants, thickness[v].0) - f64::from(trench[v].0);
+            }
+            let age = clock.time_my - f64::from(created[v].0);
+            let sediment = (constants.sediment_rate * age.max(0.0)).min(constants.sediment_thickest);
+            let floor = -sea_floor_depth(age)
+                + constants.isostasy * (thickness[v].0 - NORMAL_OCEANIC)
+                + sediment
+                + rise[v] * (age / 60.0).clamp(0.0, 1.0)
+                - f64::from(trench[v].0);
+            // Sea floor that arcs or sediment raised comes up to the sea, not above a plain.
+            floor.min(continental_height(constants, recipe.constants.uplift.arc_accretion).max(0.0))
+        })
+        .collect();
+    sea.settle(&heights, area);
+    for (elevation, height) in elevation.iter_mut().zip(heights.drain(..)) {
+        elevation.0 = (height - sea.level) as f32;
+    }
+    Ok(())
+}
+
+/// Thickness of the wedge of sediment at the foot of passive margins, in m, full when it is old.
+fn continental_rise(
+    recipe: &Recipe,
+    mesh: &SphereMesh<EdgeState>,
+    plate: &[PlateId],
+    crust: &[Crust],
+) -> Vec<f64> {
+    let constants = &recipe.constants.erosion;
+    let mut rise = vec![0.0; crust.len()];
+    if constants.rise_width <= 0.0 {
+        return rise;
+    }
+    let half = 0.5 * recipe.spacing_km();
+    let sources: Vec<(u32, f64)> = (0..crust.len() as u32)
+        .filter(|&v| {
+            !crust[v as usize].is_continental()
+                && mesh.neighbours(v).any(|w| {
+                    crust[w as usize].is_continental() && plate[w as usize] == plate[v as usize]
+                })
+        })
+        .map(|v| (v, half))
+        .collect();
+    let found = reach(mesh, recipe.radius_km, &sources, constants.rise_width, |v| {
+        !crust[v as usize].is_continental()
+    });
+    for (v, distance, _) in found.found {
+        let near = 1.0 - distance / constants.rise_width;
+        if near > 0.0 {
+            rise[v as usize] = constants.rise_thickest * near * near;
+        }
+    }
+    rise
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_floor_sinks_with_age_and_flattens() {
+        assert!((sea_floor_depth(0.0) - 2600.0).abs() < 1e-9);
+        assert!((sea_floor_depth(4.0) - 3330.0).abs() < 1e-9);
+        // The two branches meet within 10 m at 20 My.
+        assert!((sea_floor_depth(19.999) - sea_floor_depth(20.0)).abs() < 30.0);
+        assert!(sea_floor_depth(70.0) > 5200.0 && sea_floor_depth(200.0) < 5660.0);
+    }
+}

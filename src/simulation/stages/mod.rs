@@ -1,0 +1,16 @@
+//! The ten stages of a step, one file each, in the order of [`TectonicSystems`](super::TectonicSystems).
+
+pub(super) mod apply_forces;
+pub(super) mod classify_boundaries;
+pub(super) mod create_crust;
+pub(super) mod erode;
+#[path = "move.rs"]
+pub(super) mod motion;
+pub(super) mod refine;
+pub(super) mod reorganize_plates;
+pub(super) mod repair_mesh;
+pub(super) mod resolve_collisions;
+pub(super) mod uplift;
+
+pub use erode::sea_floor_depth;
+pub use reorganize_plates::Splits;

@@ -1,0 +1,133 @@
+//! Stage 5: plates turn, margins bend, and every sub-plate stays on the sphere.
+//!
+//! The rigid part of the motion is an exact rotation, so that plates keep their shape over any
+//! number of steps; the deviation is added to it, and the sum is normalised.
+
+use super::super::{
+    clock::Clock,
+    columns::Columns,
+    error::TectonicError,
+    plate::{Plate, PlateBorn, PlateTable, Rotation},
+    recipe::Recipe,
+    sub_plate::*,
+    topology::Topology,
+};
+use bevy::prelude::*;
+use glam::{DMat3, DVec3};
+
+/// Rotation matrix of a turn by the length of `turn` (rad) about its direction.
+fn rotation_matrix(turn: DVec3) -> DMat3 {
+    let angle = turn.length();
+    if angle == 0.0 {
+        return DMat3::IDENTITY;
+    }
+    let axis = turn / angle;
+    let (sin, cos) = libm::sincos(angle);
+    let outer = DMat3::from_cols(axis * axis.x, axis * axis.y, axis * axis.z);
+    let cross = DMat3::from_cols(
+        DVec3::new(0.0, axis.z, -axis.y),
+        DVec3::new(-axis.z, 0.0, axis.x),
+        DVec3::new(axis.y, -axis.x, 0.0),
+    );
+    DMat3::IDENTITY * cos + cross * sin + outer * (1.0 - cos)
+}
+
+/// Moves every sub-plate, and the directions it carries, by one step.
+pub(in crate::simulation) fn move_sub_plates(
+    recipe: Res<Recipe>,
+    mut clock: ResMut<Clock>,
+    topology: Res<Topology>,
+    plates: Query<(Entity, &Plate, &Rotation, &PlateBorn)>,
+    mut sub_plates: Query<
+        (
+            &PlateId,
+            &mut Position,
+            &mut Velocity,
+            &mut Deviation,
+            &mut FoldDirection,
+            &mut RidgeDirection,
+        ),
+        With<SubPlate>,
+    >,
+) -> Result<(), TectonicError> {
+    let sites = topology.0.sites();
+    let (plate, mut position, mut velocity, mut deviation, mut fold, mut ridge) =
+        sub_plates.columns(sites.len())?;
+    let position = position.bypass_change_detection();
+    let velocity = velocity.bypass_change_detection();
+    let deviation = deviation.bypass_change_detection();
+    let fold = fold.bypass_change_detection();
+    let ridge = ridge.bypass_change_detection();
+    let plates = PlateTable::gather(plates.iter());
+    let radius = recipe.radius_km;
+    // One more for sub-plates that no plate carries.
+    let mut turns: Vec<(DVec3, DMat3, glam::Mat3)> = plates
+        .rows()
+        .iter()
+        .map(|plate| {
+            let matrix = rotation_matrix(plate.rotation * clock.step_my);
+            (plate.rotation, matrix, matrix.as_mat3())
+        })
+        .collect();
+    turns.push((DVec3::ZERO, DMat3::IDENTITY, glam::Mat3::IDENTITY));
+
+    let mut fastest = 0.0_f64;
+    for v in 0..sites.len() {
+        let (rotation, matrix, single) = &turns[plates.row(plate[v]).unwrap_or(turns.len() - 1)];
+        let mut place = *matrix * sites[v];
+        let bent = deviation[v].0;
+        let soft = bent != glam::Vec3::ZERO;
+        if soft {
+            let bent = *matrix * bent.as_dvec3();
+            place = (place + bent * (clock.step_my / radius)).normalize();
+            deviation[v].0 = (bent - place * place.dot(bent)).as_vec3();
+        }
+        let mut speed = rotation.cross(place) * radius;
+        if soft {
+            speed += deviation[v].0.as_dvec3();
+        }
+        fastest = fastest.max(speed.length_squared());
+        position[v].0 = place.as_vec3();
+        velocity[v].0 = speed.as_vec3();
+        for direction in [&mut fold[v].0, &mut ridge[v].0] {
+            if *direction != glam::Vec3::ZERO {
+                *direction = *single * *direction;
+            }
+        }
+    }
+    clock.fastest = fastest.sqrt();
+    Ok(())
+}
+
+/// Lays the mesh's vertices where the sub-plates are. Runs at the end of the stage, so that systems
+/// of your own may move sub-plates before it.
+pub(in crate::simulation) fn place_vertices(
+    mut topology: ResMut<Topology>,
+    mut sub_plates: Query<&Position, With<SubPlate>>,
+) -> Result<(), TectonicError> {
+    let sites = topology.0.sites_mut();
+    let position = sub_plates.columns(sites.len())?;
+    for (site, position) in sites.iter_mut().zip(position) {
+        // Exact predicates need the unit vector in f64: rounding to f32 alone breaks hundreds of
+        // edges of a correct half-million mesh.
+        *site = position.0.as_dvec3().normalize();
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quarter_turn_about_the_pole_carries_x_to_y() {
+        let turned = rotation_matrix(DVec3::Z * core::f64::consts::FRAC_PI_2) * DVec3::X;
+        assert!((turned - DVec3::Y).length() < 1e-15);
+    }
+
+    #[test]
+    fn rotations_keep_lengths() {
+        let turned = rotation_matrix(DVec3::new(0.3, -0.2, 0.9)) * DVec3::new(0.6, 0.0, 0.8);
+        assert!((turned.length() - 1.0).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,172 @@
+//! Old sea floor starts to sink at its margin: a new trench, and a new plate behind it.
+
+use super::{
+    super::super::{
+        boundaries::{Contact, Contacts},
+        clock::Clock,
+        columns::Columns,
+        error::TectonicError,
+        plate::{NextPlateId, Plate, PlateBorn, PlateTable, Rotation},
+        reach::reach,
+        recipe::Recipe,
+        streams::{self, Purpose},
+        sub_plate::{Created, Crust, MaterialArea, PlateId, Slab, SubPlate},
+        topology::{EdgeState, Topology},
+    },
+    Outline, Splits,
+};
+use crate::mesh::SphereMesh;
+use bevy::prelude::*;
+
+/// A passive margin is worth this many My of age: continents load the floor beside them.
+const MARGIN_BONUS: f64 = 40.0;
+/// An existing boundary counts against a new one.
+const BOUNDARY_MALUS: f64 = 60.0;
+/// Places that are tried before the attempt is put off.
+const TRIES: usize = 5;
+/// Share of old floor at which the rate is nominal, and by how much it can grow.
+const OLD_SHARE: f64 = 0.01;
+const MOST_URGENT: f64 = 3.0;
+/// Slab that a new trench starts with where the floor is old, in km. It must overcome the friction
+/// of a front that does not move yet.
+const FIRST_SLAB: f32 = 600.0;
+/// Smallest new plate in sphere shares.
+const SMALLEST: f64 = 0.004;
+
+/// Lets the oldest sea floor founder, at most one place at a time.
+pub(in crate::simulation) fn founder(
+    mut commands: Commands,
+    recipe: Res<Recipe>,
+    clock: Res<Clock>,
+    topology: Res<Topology>,
+    mut contacts: ResMut<Contacts>,
+    mut next: ResMut<NextPlateId>,
+    mut splits: ResMut<Splits>,
+    plates: Query<(Entity, &Plate, &Rotation, &PlateBorn)>,
+    mut sub_plates: Query<
+        (&mut PlateId, &Crust, &Created, &MaterialArea, &mut Slab),
+        With<SubPlate>,
+    >,
+) -> Result<(), TectonicError> {
+    let Some(time) = clock.reorganisation.due() else {
+        return Ok(());
+    };
+    let mesh = &topology.0;
+    let (mut plate, crust, created, area, mut slab) = sub_plates.columns(mesh.vertex_count())?;
+    let plate = plate.bypass_change_detection();
+    let slab = slab.bypass_change_detection();
+    let constants = &recipe.constants.plates;
+    let sphere = 4.0 * core::f64::consts::PI * recipe.radius_km * recipe.radius_km;
+    let age = |v: usize| clock.time_my - f64::from(created[v].0);
+
+    let mut candidates: Vec<(f64, usize)> = Vec::new();
+    let mut old_area = 0.0;
+    for v in 0..plate.len() {
+        if crust[v].is_continental() || age(v) < constants.founder_age {
+            continue;
+        }
+        old_area += area[v].0;
+        let mut score = age(v);
+        for w in mesh.neighbours(v as u32) {
+            if plate[w as usize] != plate[v] {
+                score -= BOUNDARY_MALUS;
+                break;
+            }
+        }
+        if mesh.neighbours(v as u32).any(|w| crust[w as usize].is_continental()) {
+            score += MARGIN_BONUS;
+        }
+        candidates.push((score, v));
+    }
+    let urgency = (old_area / sphere / OLD_SHARE).min(MOST_URGENT);
+    let mut rng = streams::stream(recipe.seed, Purpose::Foundering, clock.steps, 0);
+    let chance = 1.0 - libm::exp(-time / constants.founder_time * urgency);
+    if candidates.is_empty() || streams::unit(&mut rng) >= chance {
+        return Ok(());
+    }
+    candidates.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    let table = PlateTable::gather(plates.iter());
+
+    // Further tries look elsewhere, not at the next vertex.
+    let mut tried: Vec<glam::DVec3> = Vec::new();
+    for (_, v) in candidates {
+        let site = mesh.site(v as u32);
+        if tried.iter().any(|other| other.distance(site) < 0.15) {
+            continue;
+        }
+        if tried.len() == TRIES {
+            break;
+        }
+        tried.push(site);
+        let far = constants.founder_near
+            + (constants.founder_far - constants.founder_near).max(0.0) * streams::unit(&mut rng);
+        let outline = Outline::new(&mut rng, 1.2);
+        let piece = sinking_piece(mesh, &recipe, plate, crust, v, far, &outline);
+        let size: f64 = piece.iter().map(|&w| area[w].0).sum();
+        let left = plate.iter().zip(area).filter(|(id, _)| **id == plate[v]);
+        let left = left.map(|(_, area)| area.0).sum::<f64>() - size;
+        if size < SMALLEST * sphere || left < 0.25 * SMALLEST * sphere {
+            continue;
+        }
+        let Some(id) = next.take() else {
+            return Ok(());
+        };
+        let parent = plate[v];
+        for &w in &piece {
+            plate[w] = id;
+        }
+        for &w in &piece {
+            let old = age(w) > 0.6 * constants.founder_age;
+            for over in mesh.neighbours(w as u32).map(|over| over as usize) {
+                if old && plate[over] == parent {
+                    slab[over].0 = slab[over].0.max(FIRST_SLAB);
+                }
+            }
+        }
+        splits.suspected = true;
+        commands.spawn((Plate { id }, Rotation(table.rotation(parent)), PlateBorn(clock.time_my)));
+        let contact =
+            Contact { last_my: clock.time_my, subducting: Some(id), ..default() };
+        contacts.0.insert(Contacts::key(parent, id), contact);
+        break;
+    }
+    Ok(())
+}
+
+/// The connected sea floor of a plate around a vertex, within a warped distance. Where the whole
+/// plate is sea floor it is cut at the vertex.
+fn sinking_piece(
+    mesh: &SphereMesh<EdgeState>,
+    recipe: &Recipe,
+    plate: &[PlateId],
+    crust: &[Crust],
+    v: usize,
+    far: f64,
+    outline: &Outline,
+) -> Vec<usize> {
+    let site = mesh.site(v as u32);
+    let beside_land = mesh.neighbours(v as u32).any(|w| crust[w as usize].is_continental());
+    // In the open sea the front must run through the vertex: one side of a line stays.
+    let normal = if beside_land {
+        glam::DVec3::ZERO
+    } else {
+        let members = (0..plate.len()).filter(|&w| plate[w] == plate[v]);
+        let centre: glam::DVec3 = members.map(|w| mesh.site(w as u32)).sum();
+        (centre - site * site.dot(centre)).normalize_or_zero()
+    };
+    let inside = |w: u32| {
+        let place = mesh.site(w);
+        let behind = normal == glam::DVec3::ZERO
+            || (place - site).dot(normal) + 0.08 * outline.at(place) >= -1e-9
+            || w as usize == v;
+        behind
+            && plate[w as usize] == plate[v]
+            && !crust[w as usize].is_continental()
+            && place.distance(site) * recipe.radius_km < far * (1.0 + 0.35 * outline.at(place))
+    };
+    reach(mesh, recipe.radius_km, &[(v as u32, 0.0)], 2.0 * far, inside)
+        .found
+        .into_iter()
+        .map(|(w, ..)| w as usize)
+        .collect()
+}

@@ -1,0 +1,433 @@
+//! Stage 7: crust that goes under or is crushed.
+//!
+//! A sub-plate leaves the mesh *before* its faces invert, when it comes too close to the other plate
+//! while closing. Sea floor is consumed; continental crust is never lost: its volume thickens what
+//! stays on both sides.
+
+use super::{
+    super::{
+        boundaries::{Boundaries, Contacts, Motion},
+        clock::Clock,
+        columns::Columns,
+        error::TectonicError,
+        ledger::Ledger,
+        plate::{Plate, PlateBorn, PlateTable, Rotation},
+        recipe::Recipe,
+        sub_plate::*,
+        topology::{EdgeState, Topology},
+    },
+    uplift::folded,
+};
+use crate::mesh::SphereMesh;
+use bevy::prelude::*;
+
+/// Removals open new contacts; more sweeps than this never found any (study).
+const SWEEPS: usize = 4;
+/// A collision spreads at least over this many spacings.
+const SPREAD_SPACINGS: f64 = 2.2;
+
+/// Columns that a collision reads and writes.
+pub(in crate::simulation) struct Ground<'a> {
+    pub plate: &'a mut [PlateId],
+    pub crust: &'a mut [Crust],
+    pub thickness: &'a mut [Thickness],
+    pub area: &'a mut [MaterialArea],
+    pub created: &'a mut [Created],
+    pub orogeny: &'a mut [Orogeny],
+    pub began: &'a mut [OrogenyBegan],
+    pub fold: &'a mut [FoldDirection],
+}
+
+type CollisionColumns = (
+    Entity,
+    &'static mut PlateId,
+    &'static mut Crust,
+    &'static mut Thickness,
+    &'static mut MaterialArea,
+    &'static mut Created,
+    &'static mut Orogeny,
+    &'static mut OrogenyBegan,
+    &'static mut FoldDirection,
+);
+
+/// Removes what the last move pushed under or crushed.
+pub(in crate::simulation) fn resolve_collisions(
+    mut commands: Commands,
+    recipe: Res<Recipe>,
+    clock: Res<Clock>,
+    boundaries: Res<Boundaries>,
+    contacts: Res<Contacts>,
+    mut topology: ResMut<Topology>,
+    mut ledger: ResMut<Ledger>,
+    plates: Query<(Entity, &Plate, &Rotation, &PlateBorn)>,
+    mut sub_plates: Query<CollisionColumns, With<SubPlate>>,
+) -> Result<(), TectonicError> {
+    let mesh = &mut topology.0;
+    let (entity, mut plate, mut crust, mut thickness, mut area, mut created, mut orogeny, mut began, mut fold) =
+        sub_plates.columns(mesh.vertex_count())?;
+    let mut ground = Ground {
+        plate: plate.bypass_change_detection(),
+        crust: crust.bypass_change_detection(),
+        thickness: thickness.bypass_change_detection(),
+        area: area.bypass_change_detection(),
+        created: created.bypass_change_detection(),
+        orogeny: orogeny.bypass_change_detection(),
+        began: began.bypass_change_detection(),
+        fold: fold.bypass_change_detection(),
+    };
+    let judge = Judge {
+        recipe: &recipe,
+        boundaries: &boundaries,
+        contacts: &contacts,
+        plates: PlateTable::gather(plates.iter()),
+    };
+
+    // Where to look: around every front, and wherever the last sweep changed something.
+    let mut watch: Vec<u32> = boundaries
+        .vertices
+        .iter()
+        .copied()
+        .chain(boundaries.place.len() as u32..mesh.vertex_count() as u32)
+        .collect();
+    let mut gone: Vec<u32> = Vec::new();
+    for _ in 0..SWEEPS {
+        let victims = judge.find_victims(mesh, &ground, &watch);
+        let mut touched = vec![false; mesh.vertex_count()];
+        let mut dirty: Vec<u32> = Vec::new();
+        for victim in victims {
+            let v = victim.vertex;
+            if touched[v as usize] || touched[victim.against as usize] || mesh.degree(v) <= 3 {
+                continue;
+            }
+            let Some(h) = mesh.best_collapse(v, |_| true) else {
+                continue;
+            };
+            let ring: Vec<u32> = mesh.neighbours(v).collect();
+            judge.bury(mesh, &mut ground, &mut ledger, victim, clock.time_my, clock.step_my);
+            mesh.collapse(h);
+            for w in ring {
+                touched[w as usize] = true;
+                dirty.push(w);
+            }
+            gone.push(v);
+        }
+        if dirty.is_empty() {
+            break;
+        }
+        dirty.sort_unstable();
+        dirty.dedup();
+        let queue = edges_around(mesh, &dirty);
+        mesh.repair_from(queue)
+            .map_err(|source| TectonicError::Repair { time_my: clock.time_my, source })?;
+        watch = dirty;
+    }
+    // Row = vertex: both tables swap-remove in the same order, from the back.
+    gone.sort_unstable_by(|a, b| b.cmp(a));
+    for v in gone {
+        commands.entity(entity[v as usize]).despawn();
+    }
+    Ok(())
+}
+
+/// Gives the rows of removed sub-plates to the last ones, as the table did when they despawned.
+pub(in crate::simulation) fn close_ranks(
+    mut topology: ResMut<Topology>,
+    mut boundaries: ResMut<Boundaries>,
+) {
+    let mesh = &mut topology.0;
+    let gone: Vec<u32> =
+        (0..mesh.vertex_count() as u32).rev().filter(|&v| mesh.is_detached(v)).collect();
+    for v in gone {
+        mesh.remove_detached(v);
+    }
+    // Vertices have new numbers: what was known by number is void.
+    boundaries.fronts.clear();
+    boundaries.vertices.clear();
+    boundaries.strikes.clear();
+    boundaries.place.clear();
+}
+
+/// Edges at the given vertices and of the triangles around them.
+pub(in crate::simulation) fn edges_around(
+    mesh: &SphereMesh<EdgeState>,
+    vertices: &[u32],
+) -> Vec<u32> {
+    let mut edges: Vec<u32> = Vec::new();
+    for &v in vertices {
+        if mesh.is_detached(v) {
+            continue;
+        }
+        for h in mesh.outgoing(v) {
+            edges.extend([h / 2, mesh.next(h) / 2]);
+        }
+    }
+    edges.sort_unstable();
+    edges.dedup();
+    edges
+}
+
+/// A sub-plate that must go, and the one it came too close to.
+#[derive(Clone, Copy)]
+struct Victim {
+    vertex: u32,
+    against: u32,
+}
+
+/// Decides who goes under.
+struct Judge<'a> {
+    recipe: &'a Recipe,
+    boundaries: &'a Boundaries,
+    contacts: &'a Contacts,
+    plates: PlateTable,
+}
+
+impl Judge<'_> {
+    fn motion(&self, mesh: &SphereMesh<EdgeState>, plate: &[PlateId], a: u32, b: u32) -> Motion {
+        let end = |v: u32| (v, mesh.site(v), plate[v as usize]);
+        self.boundaries.motion(&self.plates, self.recipe.radius_km, end(a), end(b))
+    }
+
+    /// Who goes under of two sub-plates on different plates, and who stays.
+    fn victim(&self, ground: &Ground, a: u32, b: u32) -> Victim {
+        let (u, v) = (a as usize, b as usize);
+        let first = match (ground.crust[u].is_continental(), ground.crust[v].is_continental()) {
+            (false, true) => true,
+            (true, false) => false,
+            (true, true) => ground.thickness[u].0 <= ground.thickness[v].0,
+            (false, false) => match self
+                .contacts
+                .get(ground.plate[u], ground.plate[v])
+                .and_then(|contact| contact.subducting)
+            {
+                Some(sinking) => sinking == ground.plate[u],
+                None => ground.created[u].0 <= ground.created[v].0,
+            },
+        };
+        if first { Victim { vertex: a, against: b } } else { Victim { vertex: b, against: a } }
+    }
+
+    /// All that must go, nearest contacts first.
+    fn find_victims(
+        &self,
+        mesh: &SphereMesh<EdgeState>,
+        ground: &Ground,
+        watch: &[u32],
+    ) -> Vec<Victim> {
+        let constants = &self.recipe.constants.collisions;
+        let radius = self.recipe.radius_km;
+        let mut triangles: Vec<u32> = watch
+            .iter()
+            .filter(|&&v| !mesh.is_detached(v))
+            .flat_map(|&v| mesh.outgoing(v).collect::<Vec<_>>())
+            .map(|h| h.min(mesh.next(h)).min(mesh.prev(h)))
+            .collect();
+        triangles.sort_unstable();
+        triangles.dedup();
+
+        let mut victims: Vec<(f64, Victim)> = Vec::new();
+        for h in triangles {
+            let corners = mesh.triangle_vertices(h);
+            let plate = corners.map(|v| ground.plate[v as usize]);
+            if plate[0] == plate[1] && plate[1] == plate[2] {
+                continue;
+            }
+            let inverted = mesh.is_inverted(h);
+            for i in 0..3 {
+                let [a, b, c] = [corners[i], corners[(i + 1) % 3], corners[(i + 2) % 3]];
+                let spacing = |u: u32, v: u32| {
+                    (0.5 * (ground.area[u as usize].0 + ground.area[v as usize].0)).sqrt()
+                };
+                if plate[i] != plate[(i + 1) % 3] {
+                    let motion = self.motion(mesh, ground.plate, a, b);
+                    let relaxed = if motion.is_near_transform(constants.transform_share) {
+                        constants.transform_factor
+                    } else {
+                        1.0
+                    };
+                    let near = mesh.site(a).distance(mesh.site(b)) * radius / spacing(a, b);
+                    let closing = motion.opening < 0.0 && near < constants.edge * relaxed;
+                    if inverted || closing || near < constants.edge_always * relaxed {
+                        victims.push((near, self.victim(ground, a, b)));
+                    }
+                }
+                // A vertex that heads for the middle of an edge never comes close to its ends.
+                let odd = plate[i] != plate[(i + 1) % 3] && plate[i] != plate[(i + 2) % 3];
+                if odd {
+                    let (p, q, r) = (mesh.site(a), mesh.site(b), mesh.site(c));
+                    let side = r - q;
+                    let along = (p - q).dot(side) / side.length_squared();
+                    if !(0.0..=1.0).contains(&along) {
+                        continue;
+                    }
+                    let near_end = if along < 0.5 { b } else { c };
+                    let motion = self.motion(mesh, ground.plate, a, near_end);
+                    let relaxed = if motion.is_near_transform(constants.transform_share) {
+                        constants.transform_factor
+                    } else {
+                        1.0
+                    };
+                    let height = (p - (q + side * along)).length() * radius / spacing(a, near_end);
+                    if motion.opening < 0.0 && height < constants.height * relaxed {
+                        victims.push((height, self.victim(ground, a, near_end)));
+                    }
+                }
+            }
+        }
+        victims.sort_by(|a, b| {
+            a.0.total_cmp(&b.0)
+                .then(a.1.vertex.cmp(&b.1.vertex))
+                .then(a.1.against.cmp(&b.1.against))
+        });
+        let mut seen = vec![false; mesh.vertex_count()];
+        victims.retain(|(_, victim)| !core::mem::replace(&mut seen[victim.vertex as usize], true));
+        victims.into_iter().map(|(_, victim)| victim).collect()
+    }
+
+    /// Books the end of a sub-plate; a continental one hands its volume to what stays.
+    fn bury(
+        &self,
+        mesh: &SphereMesh<EdgeState>,
+        ground: &mut Ground,
+        ledger: &mut Ledger,
+        victim: Victim,
+        now: f64,
+        step: f64,
+    ) {
+        let v = victim.vertex as usize;
+        ledger.area_consumed_km2 += ground.area[v].0;
+        if !ground.crust[v].is_continental() {
+            return;
+        }
+        ledger.area_shortened_km2 += ground.area[v].0;
+        let volume = ground.thickness[v].0 * ground.area[v].0;
+        // Nothing of it may flow back into the vertex that leaves.
+        ground.thickness[v].0 = 0.0;
+        ground.crust[v] = Crust::Oceanic;
+        let slip = (self.plates.rotation(ground.plate[victim.against as usize])
+            - self.plates.rotation(ground.plate[v]))
+        .cross(mesh.site(victim.vertex))
+            * self.recipe.radius_km;
+        for w in spread_volume(self.recipe, mesh, ground, ledger, victim.vertex, volume) {
+            ground.orogeny[w] = Orogeny::Himalayan;
+            ground.began[w].0 = now as f32;
+            ground.fold[w].0 =
+                folded(ground.fold[w].0, slip, mesh.site(w as u32), step.max(1.0));
+        }
+    }
+}
+
+/// Hands a volume of continental crust to the continent around a vertex, more where there is room;
+/// what fits nowhere is pushed onto the nearest sea floor. Returns the cells that took most.
+pub(in crate::simulation) fn spread_volume(
+    recipe: &Recipe,
+    mesh: &SphereMesh<EdgeState>,
+    ground: &mut Ground,
+    ledger: &mut Ledger,
+    from: u32,
+    volume: f64,
+) -> Vec<usize> {
+    let constants = &recipe.constants.collisions;
+    let origin = mesh.site(from);
+    let mut left = volume;
+    let mut raised = Vec::new();
+    let mut reach = constants.spread.max(SPREAD_SPACINGS * recipe.spacing_km());
+    for _ in 0..3 {
+        let mut takers: Vec<(usize, f64, f64)> = Vec::new();
+        let mut capacity = 0.0;
+        for v in disc(mesh, from, reach / recipe.radius_km) {
+            let v = v as usize;
+            if !ground.crust[v].is_continental() {
+                continue;
+            }
+            let room = constants.thickest - ground.thickness[v].0;
+            if room <= 0.0 {
+                continue;
+            }
+            let near = origin.distance(mesh.site(v as u32)) * recipe.radius_km / reach;
+            let fade = 1.0 - near * near;
+            let weight = fade * fade * room.min(constants.room) * ground.area[v].0;
+            takers.push((v, weight, room * ground.area[v].0));
+            capacity += room * ground.area[v].0;
+        }
+        let whole: f64 = takers.iter().map(|taker| taker.1).sum();
+        // A crowded place passes half of its load on to a wider circle.
+        let load = left.min(0.5 * capacity);
+        if whole > 0.0 && load > 0.0 {
+            let mut given = 0.0;
+            for &(v, weight, room) in &takers {
+                let part = (load * weight / whole).min(room);
+                ground.thickness[v].0 += part / ground.area[v].0;
+                given += part;
+                if weight > 0.02 * whole {
+                    raised.push(v);
+                }
+            }
+            left -= given;
+        }
+        if left <= 1e-9 * volume {
+            break;
+        }
+        reach *= 1.6;
+    }
+    if left > 0.0 {
+        obduct(recipe, mesh, ground, ledger, from, left);
+    }
+    raised
+}
+
+/// Pushes a volume onto the nearest sea floor, which becomes continent.
+fn obduct(
+    recipe: &Recipe,
+    mesh: &SphereMesh<EdgeState>,
+    ground: &mut Ground,
+    ledger: &mut Ledger,
+    from: u32,
+    mut volume: f64,
+) {
+    let target = recipe.constants.collisions.obduction_thickness;
+    let mut last = None;
+    for v in disc(mesh, from, core::f64::consts::PI) {
+        if v == from {
+            continue;
+        }
+        let v = v as usize;
+        if ground.crust[v].is_continental() {
+            last = last.or(Some(v));
+            continue;
+        }
+        let fits = (target - ground.thickness[v].0).max(1.0) * ground.area[v].0;
+        if volume < 0.25 * fits && last.is_some() {
+            break;
+        }
+        // The sea floor beneath becomes part of the continent.
+        ledger.accreted_km3 += ground.thickness[v].0 * ground.area[v].0;
+        let part = volume.min(fits);
+        ground.crust[v] = Crust::Continental;
+        ground.thickness[v].0 += part / ground.area[v].0;
+        volume -= part;
+        last = Some(v);
+        if volume <= 0.0 {
+            return;
+        }
+    }
+    if let Some(v) = last {
+        ground.thickness[v].0 += volume / ground.area[v].0;
+    }
+}
+
+/// Vertices within a chord of a vertex, itself included, ring by ring over the mesh.
+fn disc(mesh: &SphereMesh<EdgeState>, from: u32, chord: f64) -> impl Iterator<Item = u32> {
+    let origin = mesh.site(from);
+    let mut seen = std::collections::BTreeSet::from([from]);
+    let mut queue = std::collections::VecDeque::from([from]);
+    core::iter::from_fn(move || {
+        let v = queue.pop_front()?;
+        for w in mesh.neighbours(v) {
+            if mesh.site(w).distance(origin) < chord && seen.insert(w) {
+                queue.push_back(w);
+            }
+        }
+        Some(v)
+    })
+}
+

@@ -1,0 +1,203 @@
+//! Stage 6: arcs, trenches and plateaus.
+//!
+//! Subduction feeds magma to a band inland of the trench and pulls the sinking plate down; thick
+//! crust flows outwards into plateaus. Thickening by collision happens where crust is crushed, in
+//! [`resolve_collisions`](super::resolve_collisions). Runs at the pace of the geology clock.
+
+use super::super::{
+    boundaries::Boundaries,
+    clock::Clock,
+    columns::Columns,
+    error::TectonicError,
+    ledger::Ledger,
+    reach::reach,
+    recipe::Recipe,
+    sub_plate::*,
+    topology::Topology,
+};
+use bevy::prelude::*;
+
+/// Convergence for which arc flux and trench depth are stated, in km/My.
+const ARC_SPEED: f64 = 60.0;
+const TRENCH_SPEED: f64 = 40.0;
+/// Slower convergence raises no arc worth naming, in km/My.
+const OROGENY_SPEED: f64 = 5.0;
+/// Flow of thick crust is stated at this spacing, in km.
+const FLOW_SPACING: f64 = 226.0;
+
+type UpliftColumns = (
+    &'static PlateId,
+    &'static mut Crust,
+    &'static mut Thickness,
+    &'static MaterialArea,
+    &'static mut Created,
+    &'static mut Orogeny,
+    &'static mut OrogenyBegan,
+    &'static mut FoldDirection,
+    &'static mut Trench,
+);
+
+/// Thickens arcs, bends trenches and lets plateaus flow.
+pub(in crate::simulation) fn uplift(
+    recipe: Res<Recipe>,
+    clock: Res<Clock>,
+    boundaries: Res<Boundaries>,
+    topology: Res<Topology>,
+    mut ledger: ResMut<Ledger>,
+    mut sub_plates: Query<UpliftColumns, With<SubPlate>>,
+) -> Result<(), TectonicError> {
+    let Some(time) = clock.geology.due() else {
+        return Ok(());
+    };
+    let mesh = &topology.0;
+    let (plate, mut crust, mut thickness, area, mut created, mut orogeny, mut began, mut fold, mut trench) =
+        sub_plates.columns(mesh.vertex_count())?;
+    let crust = crust.bypass_change_detection();
+    let thickness = thickness.bypass_change_detection();
+    let created = created.bypass_change_detection();
+    let orogeny = orogeny.bypass_change_detection();
+    let began = began.bypass_change_detection();
+    let fold = fold.bypass_change_detection();
+    let trench = trench.bypass_change_detection();
+    let constants = &recipe.constants.uplift;
+    let now = clock.time_my as f32;
+
+    // Trenches and the fronts that feed arcs: overriding vertex, speed, direction of convergence.
+    let mut arcs: Vec<(u32, f64, glam::DVec3)> = Vec::new();
+    let mut bent: Vec<(u32, f64)> = Vec::new();
+    for front in &boundaries.fronts {
+        let (Some(under), true) = (front.under, front.opening < 0.0) else {
+            continue;
+        };
+        let (sinking, over) = (front.vertices[under], front.vertices[1 - under]);
+        bent.push((sinking, -front.opening));
+        arcs.push((over, -front.opening, front.slip));
+    }
+    let fastest_first = |a: &(u32, f64), b: &(u32, f64)| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1));
+    bent.sort_by(fastest_first);
+    bent.dedup_by_key(|(v, _)| *v);
+    let healed = libm::exp(-time / constants.trench_time) as f32;
+    for trench in trench.iter_mut().filter(|trench| trench.0 > 0.0) {
+        trench.0 = if trench.0 < 1.0 { 0.0 } else { trench.0 * healed };
+    }
+    for (v, speed) in bent {
+        let depth = (constants.trench_depth * (speed / TRENCH_SPEED).min(1.0)) as f32;
+        trench[v as usize].0 += depth * (1.0 - healed);
+    }
+
+    arcs.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
+    arcs.dedup_by_key(|(v, ..)| *v);
+    let volume: f64 = (0..crust.len())
+        .filter(|&v| crust[v].is_continental())
+        .map(|v| thickness[v].0 * area[v].0)
+        .sum();
+    let growth = volume / ledger.initial_km3.max(1.0) - 1.0;
+    let vigour = (1.0 - constants.arc_feedback * growth).clamp(0.0, 2.0);
+    let sources: Vec<(u32, f64)> = arcs.iter().map(|&(v, ..)| (v, 0.0)).collect();
+    let behind = reach(mesh, recipe.radius_km, &sources, constants.arc_reach, |_| true);
+    for (v, distance, source) in behind.found {
+        let (front, speed, slip) = arcs[source as usize];
+        let v = v as usize;
+        if plate[v] != plate[front as usize] {
+            continue;
+        }
+        let profile = arc_profile(distance, constants.arc_distance, constants.arc_reach);
+        let flux = constants.arc_flux * speed / ARC_SPEED * vigour;
+        let fresh = flux * profile * time;
+        if crust[v].is_continental() {
+            let fresh = fresh.min((recipe.constants.collisions.thickest - thickness[v].0).max(0.0));
+            thickness[v].0 += fresh;
+            ledger.arc_magma_km3 += fresh * area[v].0;
+            if speed > OROGENY_SPEED && distance < constants.arc_distance * 1.5 {
+                orogeny[v] = Orogeny::Andean;
+                began[v].0 = now;
+                fold[v].0 = folded(fold[v].0, slip, mesh.site(v as u32), time);
+            }
+        } else {
+            thickness[v].0 += fresh * constants.arc_oceanic;
+            if thickness[v].0 >= constants.arc_accretion {
+                crust[v] = Crust::Continental;
+                created[v].0 = now;
+                orogeny[v] = Orogeny::Andean;
+                began[v].0 = now;
+                ledger.accreted_km3 += thickness[v].0 * area[v].0;
+            }
+        }
+    }
+    flow_plateaus(&recipe, &topology, time, crust, area, thickness);
+    Ok(())
+}
+
+/// Share of an arc's flux per km of distance from the trench: a triangle that integrates to 1.
+fn arc_profile(distance: f64, peak: f64, end: f64) -> f64 {
+    let height = 2.0 / end;
+    if distance < peak {
+        height * distance / peak
+    } else {
+        height * ((end - distance) / (end - peak).max(1e-9)).max(0.0)
+    }
+}
+
+/// Adds the relative motion to a fold direction (Cortial et al. 2019, `f ← f + β(sᵢ − sⱼ)δt`), kept
+/// tangent and at most of unit length.
+pub(in crate::simulation) fn folded(
+    fold: glam::Vec3,
+    slip: glam::DVec3,
+    site: glam::DVec3,
+    time: f64,
+) -> glam::Vec3 {
+    /// β: at 50 km/My a fold belt is fully aligned after 20 My. The paper gives no value.
+    const BETA: f64 = 1e-3;
+    // Folding has an axis, not a sense: add along whichever way the belt already leans.
+    let lean = if slip.dot(fold.as_dvec3()) < 0.0 { -slip } else { slip };
+    let sum = fold.as_dvec3() + lean * (BETA * time);
+    (sum - site * site.dot(sum)).clamp_length_max(1.0).as_vec3()
+}
+
+/// Crust thicker than a plateau's moves to its thinner continental neighbours, volume for volume.
+fn flow_plateaus(
+    recipe: &Recipe,
+    topology: &Topology,
+    time: f64,
+    crust: &[Crust],
+    area: &[MaterialArea],
+    thickness: &mut [Thickness],
+) {
+    let constants = &recipe.constants.uplift;
+    let scale = FLOW_SPACING / recipe.spacing_km();
+    let share = (constants.plateau_flow * time * scale * scale).min(0.5);
+    for v in 0..crust.len() {
+        let excess = thickness[v].0 - constants.plateau_thickness;
+        if excess <= 0.0 || !crust[v].is_continental() {
+            continue;
+        }
+        let lower: Vec<(usize, f64)> = topology
+            .0
+            .neighbours(v as u32)
+            .map(|w| w as usize)
+            .filter(|&w| crust[w].is_continental() && thickness[w].0 < thickness[v].0)
+            .map(|w| (w, thickness[v].0 - thickness[w].0))
+            .collect();
+        let drop: f64 = lower.iter().map(|(_, drop)| drop).sum();
+        if drop <= 0.0 {
+            continue;
+        }
+        let volume = share * excess * area[v].0;
+        thickness[v].0 -= volume / area[v].0;
+        for (w, by) in lower {
+            thickness[w].0 += volume * by / drop / area[w].0;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_arc_hands_out_all_of_its_magma() {
+        let sum: f64 = (0..5200).map(|i| arc_profile(f64::from(i) * 0.1 + 0.05, 200.0, 520.0) * 0.1).sum();
+        assert!((sum - 1.0).abs() < 1e-6, "{sum}");
+        assert!(arc_profile(200.0, 200.0, 520.0) > arc_profile(100.0, 200.0, 520.0));
+    }
+}

@@ -1,0 +1,138 @@
+//! The sub-plate: one vertex of the mesh, one entity, one row of every column.
+
+use bevy::prelude::*;
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+/// Marks a sub-plate. Row number in the table = vertex number of the mesh.
+///
+/// Components of your own belong on every sub-plate from the start: register them with
+/// `world.register_required_components::<SubPlate, Mine>()` before the history begins.
+#[derive(Component, Debug, Clone, Copy, Default, Reflect)]
+#[reflect(Component, Default)]
+#[require(
+    Position,
+    Velocity,
+    Deviation,
+    PlateId,
+    Crust,
+    Elevation,
+    Thickness,
+    MaterialArea,
+    Created,
+    Orogeny,
+    OrogenyBegan,
+    FoldDirection,
+    RidgeDirection,
+    Slab,
+    Trench
+)]
+pub struct SubPlate;
+
+/// Place on the sphere as a unit vector.
+#[derive(Component, Debug, Clone, Copy, Default, PartialEq, Reflect)]
+#[reflect(Component, Default)]
+pub struct Position(pub Vec3);
+
+/// Velocity in km/My (= mm/yr), tangent to the sphere.
+#[derive(Component, Debug, Clone, Copy, Default, PartialEq, Reflect)]
+#[reflect(Component, Default)]
+pub struct Velocity(pub Vec3);
+
+/// Part of the velocity that departs from the plate's rigid rotation, in km/My. Zero outside the
+/// soft margins.
+#[derive(Component, Debug, Clone, Copy, Default, PartialEq, Reflect)]
+#[reflect(Component, Default)]
+pub struct Deviation(pub Vec3);
+
+/// Id of the plate that carries the sub-plate; 0 = none.
+#[derive(
+    Component, Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Reflect,
+)]
+#[reflect(Component, Default)]
+pub struct PlateId(pub u16);
+
+/// Kind of crust.
+#[derive(
+    Component, Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, Reflect,
+)]
+#[reflect(Component, Default)]
+#[repr(u8)]
+pub enum Crust {
+    /// Basaltic, thin, dense; made at ridges and lost at trenches.
+    #[default]
+    Oceanic,
+    /// Granitic, thick, buoyant; never lost.
+    Continental,
+}
+
+impl Crust {
+    /// Whether the crust is continental.
+    #[must_use]
+    pub fn is_continental(self) -> bool {
+        self == Self::Continental
+    }
+}
+
+/// Elevation in m above the sea.
+#[derive(Component, Debug, Clone, Copy, Default, PartialEq, Reflect)]
+#[reflect(Component, Default)]
+pub struct Elevation(pub f32);
+
+/// Thickness of the crust in km. f64, because the ledger must close over thousands of steps.
+#[derive(Component, Debug, Clone, Copy, Default, PartialEq, Reflect)]
+#[reflect(Component, Default)]
+pub struct Thickness(pub f64);
+
+/// Area of the crust that the sub-plate stands for, in km². Thickness × area is its volume;
+/// deformation changes both and keeps the product.
+#[derive(Component, Debug, Clone, Copy, Default, PartialEq, Reflect)]
+#[reflect(Component, Default)]
+pub struct MaterialArea(pub f64);
+
+/// When the crust was made, in My on the planet's clock (negative: before the start).
+#[derive(Component, Debug, Clone, Copy, Default, PartialEq, Reflect)]
+#[reflect(Component, Default)]
+pub struct Created(pub f32);
+
+/// Kind of the last mountain building.
+#[derive(
+    Component, Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, Reflect,
+)]
+#[reflect(Component, Default)]
+#[repr(u8)]
+pub enum Orogeny {
+    /// None in its history.
+    #[default]
+    None,
+    /// By subduction under the plate.
+    Andean,
+    /// By collision of continents.
+    Himalayan,
+}
+
+/// When the last mountain building was active, in My on the planet's clock.
+#[derive(Component, Debug, Clone, Copy, Default, PartialEq, Reflect)]
+#[reflect(Component, Default)]
+pub struct OrogenyBegan(pub f32);
+
+/// Direction across which the crust was folded: a tangent vector, longer where folding went on
+/// longer (Cortial et al. 2019, `f ← f + β(sᵢ − sⱼ)δt`).
+#[derive(Component, Debug, Clone, Copy, Default, PartialEq, Reflect)]
+#[reflect(Component, Default)]
+pub struct FoldDirection(pub Vec3);
+
+/// Strike of the ridge that made the crust: a unit tangent vector; zero where none did.
+#[derive(Component, Debug, Clone, Copy, Default, PartialEq, Reflect)]
+#[reflect(Component, Default)]
+pub struct RidgeDirection(pub Vec3);
+
+/// Length of slab that hangs beneath an overriding front, in km.
+#[derive(Component, Debug, Clone, Copy, Default, PartialEq, Reflect)]
+#[reflect(Component, Default)]
+pub struct Slab(pub f32);
+
+/// Depth by which a trench bends the crust down, in m.
+#[derive(Component, Debug, Clone, Copy, Default, PartialEq, Reflect)]
+#[reflect(Component, Default)]
+pub struct Trench(pub f32);

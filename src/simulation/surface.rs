@@ -1,0 +1,103 @@
+//! An immutable copy of a planet's surface: what games query, renderers draw and exports write.
+
+use super::{
+    check::run,
+    clock::Clock,
+    columns::Columns,
+    error::TectonicError,
+    recipe::Recipe,
+    sub_plate::*,
+    topology::Topology,
+};
+use crate::mesh::SphereMesh;
+use bevy::prelude::*;
+use glam::Vec3;
+
+/// A planet at one moment. All vectors are indexed by the mesh's vertices.
+#[derive(Debug, Clone)]
+pub struct Surface {
+    /// Time since the start in My.
+    pub time_my: f64,
+    /// Radius in km.
+    pub radius_km: f64,
+    /// Seed of the recipe, for detail that must not change from snapshot to snapshot.
+    pub seed: u64,
+    /// Places of the sub-plates and their Delaunay triangulation.
+    pub mesh: SphereMesh,
+    /// Elevation in m above the sea.
+    pub elevation: Vec<f32>,
+    /// Kind of crust.
+    pub crust: Vec<Crust>,
+    /// Age of the crust in My.
+    pub age: Vec<f32>,
+    /// Id of the plate, 0 = none.
+    pub plate: Vec<u16>,
+    /// Velocity in km/My (= mm/yr), tangent.
+    pub velocity: Vec<Vec3>,
+    /// Thickness of the crust in km.
+    pub thickness: Vec<f32>,
+    /// Kind of the last mountain building.
+    pub orogeny: Vec<Orogeny>,
+    /// Time since the last mountain building in My; that of the crust where there was none.
+    pub orogeny_age: Vec<f32>,
+}
+
+impl Surface {
+    /// Copies the surface out of a simulation world.
+    ///
+    /// # Errors
+    /// [`TectonicError::Archetype`] if the sub-plates no longer lie in one table.
+    pub fn capture(world: &mut World) -> Result<Self, TectonicError> {
+        run(world, capture)
+    }
+
+    /// Nominal spacing of the sub-plates in km.
+    #[must_use]
+    pub fn spacing_km(&self) -> f64 {
+        self.radius_km
+            * (4.0 * core::f64::consts::PI / self.mesh.vertex_count().max(1) as f64).sqrt()
+    }
+}
+
+type SurfaceColumns = (
+    &'static Elevation,
+    &'static Crust,
+    &'static Created,
+    &'static PlateId,
+    &'static Velocity,
+    &'static Thickness,
+    &'static Orogeny,
+    &'static OrogenyBegan,
+);
+
+fn capture(
+    recipe: Res<Recipe>,
+    clock: Res<Clock>,
+    topology: Res<Topology>,
+    mut sub_plates: Query<SurfaceColumns, With<SubPlate>>,
+) -> Result<Surface, TectonicError> {
+    let mesh = &topology.0;
+    let (elevation, crust, created, plate, velocity, thickness, orogeny, began) =
+        sub_plates.columns(mesh.vertex_count())?;
+    let since = |time: f32| (clock.time_my - f64::from(time)).max(0.0) as f32;
+    Ok(Surface {
+        time_my: clock.time_my,
+        radius_km: recipe.radius_km,
+        seed: recipe.seed,
+        mesh: mesh.without_payload(),
+        elevation: elevation.iter().map(|elevation| elevation.0).collect(),
+        crust: crust.to_vec(),
+        age: created.iter().map(|created| since(created.0)).collect(),
+        plate: plate.iter().map(|plate| plate.0).collect(),
+        velocity: velocity.iter().map(|velocity| velocity.0).collect(),
+        thickness: thickness.iter().map(|thickness| thickness.0 as f32).collect(),
+        orogeny: orogeny.to_vec(),
+        orogeny_age: orogeny
+            .iter()
+            .zip(began.iter().zip(created))
+            .map(|(kind, (began, created))| {
+                since(if *kind == Orogeny::None { created.0 } else { began.0 })
+            })
+            .collect(),
+    })
+}
