@@ -7,7 +7,7 @@ use std::{
     sync::{Arc, OnceLock},
 };
 
-use super::ExportError;
+use super::{ExportError, FILES};
 
 /// A file under a temporary name. Dropping it removes it; [`publish`] gives it its real name.
 pub(super) struct Draft {
@@ -51,11 +51,19 @@ impl Draft {
     pub(super) fn create(folder: &Path, name: &str) -> Result<Self, ExportError> {
         fs::create_dir_all(folder).map_err(|error| ExportError::write(folder, error))?;
         let target = folder.join(name);
+        refuse_folder(&target)?;
         // The process id keeps two programs that export into one folder apart.
         let temporary = folder.join(format!(".{name}.{}.partial", std::process::id()));
         let file = File::create(&temporary).map_err(|error| ExportError::write(&target, error))?;
-        let pen = Pen { file: Arc::new(file), failure: Arc::default() };
-        Ok(Self { temporary, target, pen })
+        let pen = Pen {
+            file: Arc::new(file),
+            failure: Arc::default(),
+        };
+        Ok(Self {
+            temporary,
+            target,
+            pen,
+        })
     }
 
     pub(super) fn pen(&self) -> Pen {
@@ -107,20 +115,40 @@ pub(super) fn publish(drafts: Vec<Draft>) -> Result<Vec<PathBuf>, ExportError> {
 pub fn check_folder(folder: &Path) -> Result<(), ExportError> {
     let at_folder = |error: io::Error| ExportError::write(folder, error);
     fs::create_dir_all(folder).map_err(at_folder)?;
+    for name in FILES {
+        refuse_folder(&folder.join(name))?;
+    }
     let probe = folder.join(format!(".probe.{}.partial", std::process::id()));
     let written = File::create(&probe).and_then(|mut file| {
         file.write_all(&vec![0x55; 1 << 20])?;
         file.sync_all()
     });
-    let removed = if probe.exists() { fs::remove_file(&probe) } else { Ok(()) };
+    let removed = if probe.exists() {
+        fs::remove_file(&probe)
+    } else {
+        Ok(())
+    };
     written.and(removed).map_err(at_folder)
+}
+
+/// A folder cannot be replaced by a file; better found before the first rename than between two.
+fn refuse_folder(target: &Path) -> Result<(), ExportError> {
+    if target.is_dir() {
+        let error = io::Error::new(
+            io::ErrorKind::IsADirectory,
+            "there is a folder of that name",
+        );
+        return Err(ExportError::write(target, error));
+    }
+    Ok(())
 }
 
 /// `io::Error` is not `Clone`; the operating system's code carries the whole message.
 fn copy(error: &io::Error) -> io::Error {
-    error
-        .raw_os_error()
-        .map_or_else(|| io::Error::new(error.kind(), error.to_string()), io::Error::from_raw_os_error)
+    error.raw_os_error().map_or_else(
+        || io::Error::new(error.kind(), error.to_string()),
+        io::Error::from_raw_os_error,
+    )
 }
 
 #[cfg(test)]

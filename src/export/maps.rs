@@ -42,7 +42,10 @@ impl Maps {
     #[must_use]
     pub fn new(width: u32) -> Self {
         let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
-        Self { width, threads: cores.min(*Self::THREADS.end()) }
+        Self {
+            width,
+            threads: cores.min(*Self::THREADS.end()),
+        }
     }
 
     /// Says whether the settings can be used.
@@ -94,8 +97,9 @@ impl Maps {
             .into_iter()
             .map(|map| Ok((map, Sheet::create(folder, map.name(), grid, map.format())?)))
             .collect::<Result<Vec<_>, ExportError>>()?;
-        let mut picture = Sheet::create(folder, "map.png", grid, (ColorType::Rgb, BitDepth::Eight))?;
-        let mut painter = Painter::new(grid, surface.radius_km, surface.seed);
+        let mut picture =
+            Sheet::create(folder, "map.png", grid, (ColorType::Rgb, BitDepth::Eight))?;
+        let mut painter = Painter::new(grid, surface);
 
         // Bands keep the memory of the widest map at some hundred megabytes.
         let band = (1_u32 << 20).div_ceil(self.width).clamp(8, grid.height);
@@ -115,10 +119,12 @@ impl Maps {
                         })
                     })
                     .collect();
-                writers.into_iter().try_for_each(|writer| match writer.join() {
-                    Ok(result) => result,
-                    Err(panic) => std::panic::resume_unwind(panic),
-                })
+                writers
+                    .into_iter()
+                    .try_for_each(|writer| match writer.join() {
+                        Ok(result) => result,
+                        Err(panic) => std::panic::resume_unwind(panic),
+                    })
             })?;
             picture.append(&painter.paint(pixels, self.threads))?;
             progress(f64::from(rows.end) / f64::from(grid.height));
@@ -161,13 +167,23 @@ impl Data {
     }
 
     fn format(self) -> (ColorType, BitDepth) {
-        let depth = if matches!(self, Self::Crust) { BitDepth::Eight } else { BitDepth::Sixteen };
+        let depth = if matches!(self, Self::Crust) {
+            BitDepth::Eight
+        } else {
+            BitDepth::Sixteen
+        };
         (ColorType::Grayscale, depth)
     }
 
     fn encode(self, grid: Grid, rows: std::ops::Range<u32>, pixels: &[Pixel]) -> Vec<u8> {
         if matches!(self, Self::Crust) {
-            let shade = |pixel: &Pixel| if pixel.crust == Crust::Continental { 255 } else { 0 };
+            let shade = |pixel: &Pixel| {
+                if pixel.crust == Crust::Continental {
+                    255
+                } else {
+                    0
+                }
+            };
             return pixels.iter().map(shade).collect();
         }
         let mut bytes = Vec::with_capacity(2 * pixels.len());
@@ -180,7 +196,11 @@ impl Data {
                     Self::Plate => pixel.plate,
                     Self::VelocityEast | Self::VelocityNorth => {
                         let (east, north) = east_north(grid.longitude(x), latitude);
-                        let axis = if matches!(self, Self::VelocityEast) { east } else { north };
+                        let axis = if matches!(self, Self::VelocityEast) {
+                            east
+                        } else {
+                            north
+                        };
                         quantise(pixel.velocity.dot(axis) * 100.0 + 32768.0)
                     }
                     Self::Crust => 0,
@@ -226,11 +246,15 @@ impl Sheet {
 
     fn append(&mut self, bytes: &[u8]) -> Result<(), ExportError> {
         use std::io::Write;
-        self.writer.write_all(bytes).map_err(|error| self.draft.error(error))
+        self.writer
+            .write_all(bytes)
+            .map_err(|error| self.draft.error(error))
     }
 
     fn finish(self) -> Result<Draft, ExportError> {
-        self.writer.finish().map_err(|error| self.draft.error(error))?;
+        self.writer
+            .finish()
+            .map_err(|error| self.draft.error(error))?;
         Ok(self.draft)
     }
 }
@@ -251,12 +275,36 @@ mod tests {
     #[test]
     fn widths_and_threads_are_checked() {
         for width in [0, 14, 15, 17, 16386, u32::MAX] {
-            let message = Maps { width, threads: 1 }.validate().unwrap_err().to_string();
+            let message = Maps { width, threads: 1 }
+                .validate()
+                .unwrap_err()
+                .to_string();
             assert!(message.contains("16 to 16384"), "{message}");
         }
-        assert!(Maps { width: 16, threads: 1 }.validate().is_ok());
-        assert!(Maps { width: 16384, threads: 256 }.validate().is_ok());
-        assert!(Maps { width: 512, threads: 0 }.validate().is_err());
+        assert!(
+            Maps {
+                width: 16,
+                threads: 1
+            }
+            .validate()
+            .is_ok()
+        );
+        assert!(
+            Maps {
+                width: 16384,
+                threads: 256
+            }
+            .validate()
+            .is_ok()
+        );
+        assert!(
+            Maps {
+                width: 512,
+                threads: 0
+            }
+            .validate()
+            .is_err()
+        );
         assert!(Maps::new(512).validate().is_ok());
     }
 }

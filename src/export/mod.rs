@@ -41,6 +41,18 @@ pub use summary::{Seconds, Summary};
 
 use crate::simulation::{History, TectonicError};
 
+/// Names of all files an export writes.
+pub const FILES: [&str; 8] = [
+    "elevation.png",
+    "crust.png",
+    "age.png",
+    "plate.png",
+    "velocity_east.png",
+    "velocity_north.png",
+    "map.png",
+    "planet.json",
+];
+
 /// Why maps could not be written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -76,7 +88,10 @@ pub enum ExportError {
 
 impl ExportError {
     fn write(path: &Path, source: impl Into<io::Error>) -> Self {
-        Self::Write { path: path.to_owned(), source: source.into() }
+        Self::Write {
+            path: path.to_owned(),
+            source: source.into(),
+        }
     }
 }
 

@@ -64,7 +64,10 @@ pub(super) struct Grid {
 
 impl Grid {
     pub(super) fn new(width: u32) -> Self {
-        Self { width, height: width / 2 }
+        Self {
+            width,
+            height: width / 2,
+        }
     }
 
     pub(super) fn longitude(self, x: u32) -> f64 {
@@ -111,10 +114,17 @@ impl<'a> Raster<'a> {
             ("orogeny age", surface.orogeny_age.len()),
         ];
         if let Some((field, found)) = columns.into_iter().find(|&(_, found)| found != expected) {
-            return Err(ExportError::Surface { field, found, expected });
+            return Err(ExportError::Surface {
+                field,
+                found,
+                expected,
+            });
         }
         let spacing = surface.radius_km * (4.0 * PI / expected as f64).sqrt();
-        Ok(Self { surface, texture: Texture::new(surface.seed, surface.radius_km, spacing) })
+        Ok(Self {
+            surface,
+            texture: Texture::new(surface.seed, surface.radius_km, spacing),
+        })
     }
 
     /// The planet in a direction (any length but zero). Costs a walk over the mesh; whole maps are
@@ -153,13 +163,19 @@ impl<'a> Raster<'a> {
 
     fn look(&self, direction: DVec3, hints: &mut Hints) -> Pixel {
         let surface = self.surface;
-        hints.plate = surface.mesh.nearest(self.texture.plates(direction), hints.plate);
+        hints.plate = surface
+            .mesh
+            .nearest(self.texture.plates(direction), hints.plate);
         let nearest = hints.plate as usize;
         let ground = self.ground(self.texture.coast(direction), &mut hints.coast);
         let (elevation, grain) = self.detail(direction, &ground);
         Pixel {
             elevation,
-            crust: if ground.continental >= 0.5 { Crust::Continental } else { Crust::Oceanic },
+            crust: if ground.continental >= 0.5 {
+                Crust::Continental
+            } else {
+                Crust::Oceanic
+            },
             age: ground.age,
             plate: surface.plate[nearest],
             velocity: surface.velocity[nearest],
@@ -175,7 +191,11 @@ impl<'a> Raster<'a> {
         let mut rugged = 0.0;
         for (vertex, weight) in place.vertices.into_iter().zip(place.weights) {
             let (v, weight) = (vertex as usize, (weight as f32).clamp(0.0, 1.0));
-            let blend = if surface.crust[v] == Crust::Continental { &mut land } else { &mut sea };
+            let blend = if surface.crust[v] == Crust::Continental {
+                &mut land
+            } else {
+                &mut sea
+            };
             blend.add(weight, surface.elevation[v], surface.age[v]);
             if surface.orogeny[v] != Orogeny::None {
                 rugged += weight * libm::expf(-surface.orogeny_age[v].max(0.0) / SMOOTHING_MY);
@@ -197,8 +217,17 @@ impl<'a> Raster<'a> {
             }
             (None, None) => 0.0,
         };
-        let age = if continental >= 0.5 { land.age() } else { sea.age() };
-        Ground { elevation, continental, age: age.unwrap_or(0.0), rugged }
+        let age = if continental >= 0.5 {
+            land.age()
+        } else {
+            sea.age()
+        };
+        Ground {
+            elevation,
+            continental,
+            age: age.unwrap_or(0.0),
+            rugged,
+        }
     }
 
     /// Adds terrain to the interpolated elevation; returns it with the detail's own value for shading.
@@ -212,8 +241,15 @@ impl<'a> Raster<'a> {
         } else {
             let young = libm::expf(-ground.age / BURIAL_MY) * (1.0 - ground.continental);
             let deep = smooth(ramp(-600.0, -2000.0, height));
-            let grain = if young * deep > 0.01 { self.texture.hills(direction) } else { 0.0 };
-            (height + HILLS_M * young * deep * grain, grain * young * deep)
+            let grain = if young * deep > 0.01 {
+                self.texture.hills(direction)
+            } else {
+                0.0
+            };
+            (
+                height + HILLS_M * young * deep * grain,
+                grain * young * deep,
+            )
         }
     }
 }
@@ -288,7 +324,8 @@ mod tests {
     fn east_and_north_are_derivatives_of_direction() {
         let (lon, lat, step) = (0.7, -0.4, 1e-6);
         let (east, north) = east_north(lon, lat);
-        let numeric_north = (direction(lon, lat + step) - direction(lon, lat - step)) / (2.0 * step);
+        let numeric_north =
+            (direction(lon, lat + step) - direction(lon, lat - step)) / (2.0 * step);
         let numeric_east = (direction(lon + step, lat) - direction(lon - step, lat)).normalize();
         assert!((north.as_dvec3() - numeric_north).length() < 1e-6);
         assert!((east.as_dvec3() - numeric_east).length() < 1e-6);

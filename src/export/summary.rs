@@ -50,14 +50,21 @@ impl Summary {
     ///
     /// # Errors
     /// When the history's fields cannot be read.
-    pub fn new(history: &History, surface: &Surface, total_seconds: f64) -> Result<Self, ExportError> {
+    pub fn new(
+        history: &History,
+        surface: &Surface,
+        total_seconds: f64,
+    ) -> Result<Self, ExportError> {
         Ok(Self {
             recipe: history.recipe().clone(),
             time_my: history.time_my(),
             radius_km: surface.radius_km,
             sub_plates: surface.mesh.sites().len(),
             steps: history.steps(),
-            seconds: Seconds { total: total_seconds, stages: history.stage_seconds() },
+            seconds: Seconds {
+                total: total_seconds,
+                stages: history.stage_seconds(),
+            },
             state_hash: format!("{:016x}", history.state_hash()),
             statistics: history.statistics()?,
             ledger: history.ledger(),
@@ -68,7 +75,10 @@ impl Summary {
         let draft = Draft::create(folder, "planet.json")?;
         let mut text = serde_json::to_vec_pretty(self).map_err(|error| draft.error(error))?;
         text.push(b'\n');
-        draft.pen().write_all(&text).map_err(|error| draft.error(error))?;
+        draft
+            .pen()
+            .write_all(&text)
+            .map_err(|error| draft.error(error))?;
         Ok(draft)
     }
 }

@@ -11,9 +11,12 @@ const EARTH_RADIUS_KM: f64 = 6371.0;
 /// The finest wavelength of coasts and terrain.
 const FINEST_KM: f64 = 36.0;
 /// Amplitude relative to the next longer octave.
-const COAST_GAIN: f32 = 0.52;
+const COAST_GAIN: f32 = 0.6;
 /// Root mean square of the displacement that an amplitude of one produces (measured).
-const WARP_RMS: f32 = 0.40;
+const WARP_RMS: f32 = 0.354;
+
+/// Share of the broadest octave that bends plate boundaries: as much as never folds.
+const PLATE_SHARE: f32 = 0.45;
 
 /// The noise of one planet: depends on its seed, radius and spacing alone.
 pub(super) struct Texture {
@@ -30,7 +33,9 @@ impl Texture {
         // Coasts are about equally ragged at every resolution: coarse meshes need wide meanders to hide
         // their triangles, fine ones keep what is below 500 km and lose only what the mesh resolves.
         let broadest_km = (3.0 * spacing_km).clamp(480.0 * earth, 1400.0 * earth);
-        let rms_km = (0.34 * spacing_km).clamp(52.0 * earth, 150.0 * earth).min(spacing_km);
+        let rms_km = (0.42 * spacing_km)
+            .clamp(68.0 * earth, 160.0 * earth)
+            .min(1.2 * spacing_km);
         let octaves = octaves(broadest_km, FINEST_KM * earth);
         let frequency = (radius_km / broadest_km) as f32;
         let rms = (rms_km / radius_km) as f32;
@@ -59,7 +64,12 @@ impl Texture {
         terrain.set_fractal_gain(Some(0.55));
         let mut hills = noise(3, (radius_km / (90.0 * earth)) as f32, 2);
         hills.set_fractal_type(Some(FractalType::FBm));
-        Self { coast: warp(octaves, first), plates: warp(1, first), terrain, hills }
+        Self {
+            coast: warp(octaves, first),
+            plates: warp(1, PLATE_SHARE * first),
+            terrain,
+            hills,
+        }
     }
 
     /// Where to look up elevation, crust and age for a place on the map.
@@ -105,7 +115,8 @@ fn octaves(broadest: f64, finest: f64) -> i32 {
 }
 
 fn amplitudes(octaves: i32) -> impl Iterator<Item = f32> {
-    std::iter::successors(Some(1.0_f32), |amplitude| Some(amplitude * COAST_GAIN)).take(octaves.max(1) as usize)
+    std::iter::successors(Some(1.0_f32), |amplitude| Some(amplitude * COAST_GAIN))
+        .take(octaves.max(1) as usize)
 }
 
 fn series(octaves: i32) -> f32 {
@@ -113,10 +124,13 @@ fn series(octaves: i32) -> f32 {
 }
 
 fn root_sum_square(octaves: i32) -> f32 {
-    amplitudes(octaves).map(|amplitude| amplitude * amplitude).sum::<f32>().sqrt()
+    amplitudes(octaves)
+        .map(|amplitude| amplitude * amplitude)
+        .sum::<f32>()
+        .sqrt()
 }
 
-/// A 32-bit seed for one of the streams, mixed so that neighbouring seeds share nothing (SplitMix64).
+/// A 32-bit seed for one of the streams, mixed so that neighbouring seeds share nothing (`SplitMix64`).
 fn fold(seed: u64, stream: u64) -> i32 {
     let mut bits = seed.wrapping_add(stream.wrapping_mul(0x9E37_79B9_7F4A_7C15));
     bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -143,10 +157,11 @@ mod tests {
     fn coasts_meander_by_tens_of_kilometres_at_every_spacing() {
         for spacing in SPACINGS_KM {
             let texture = Texture::new(7, 6371.0, spacing);
-            let square: f64 = directions().map(|d| (texture.coast(d) - d).length_squared()).sum();
+            let square: f64 = directions()
+                .map(|d| (texture.coast(d) - d).length_squared())
+                .sum();
             let rms = (square / 4000.0).sqrt() * 6371.0;
             assert!((15.0..220.0).contains(&rms), "{spacing} km: {rms} km");
-            println!("spacing {spacing}: rms {rms}");
         }
     }
 
@@ -161,10 +176,10 @@ mod tests {
                 let at = |offset: DVec3| texture.plates((d + offset * step).normalize());
                 let u = (at(east) - at(-east)) / (2.0 * step);
                 let v = (at(north) - at(-north)) / (2.0 * step);
-                let orientation = u.cross(v).dot(texture.plates(d)) * east.cross(north).dot(d).signum();
+                let orientation =
+                    u.cross(v).dot(texture.plates(d)) * east.cross(north).dot(d).signum();
                 least = least.min(orientation);
             }
-            println!("spacing {spacing}: least {least}");
             assert!(least > 0.05, "{spacing} km: area scale {least}");
         }
     }

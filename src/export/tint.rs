@@ -56,7 +56,10 @@ const PACK_ICE: Vec3 = Vec3::new(0.86, 0.91, 0.94);
 fn look_up(table: &Ramp, elevation: f32) -> Vec3 {
     let colour = |[r, g, b]: [u8; 3]| Vec3::new(f32::from(r), f32::from(g), f32::from(b)) / 255.0;
     let above = table.partition_point(|&(step, _)| step < elevation);
-    match (above.checked_sub(1).and_then(|below| table.get(below)), table.get(above)) {
+    match (
+        above.checked_sub(1).and_then(|below| table.get(below)),
+        table.get(above),
+    ) {
         (Some(&(low, dark)), Some(&(high, light))) => {
             colour(dark).lerp(colour(light), ramp(low, high, elevation))
         }

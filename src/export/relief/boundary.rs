@@ -21,9 +21,9 @@ impl Motion {
     /// Colour and opacity.
     fn ink(self) -> (Vec3, f32) {
         match self {
-            Self::Ridge => (Vec3::new(0.93, 0.47, 0.22), 0.78),
-            Self::Trench => (Vec3::new(0.42, 0.05, 0.13), 0.80),
-            Self::Transform => (Vec3::new(0.24, 0.25, 0.30), 0.55),
+            Self::Ridge => (Vec3::new(0.93, 0.47, 0.22), 0.72),
+            Self::Trench => (Vec3::new(0.42, 0.05, 0.13), 0.72),
+            Self::Transform => (Vec3::new(0.24, 0.25, 0.30), 0.45),
         }
     }
 }
@@ -36,8 +36,9 @@ pub(super) struct Line {
 }
 
 impl Line {
-    pub(super) fn over(self, ground: Vec3) -> Vec3 {
-        ground.lerp(self.colour, self.opacity)
+    /// The line drawn over `ground`; it is fainter where `land` (0–1) should be read first.
+    pub(super) fn over(self, ground: Vec3, land: f32) -> Vec3 {
+        ground.lerp(self.colour, self.opacity * (1.0 - 0.35 * land))
     }
 }
 
@@ -50,9 +51,15 @@ pub(super) struct Boundaries {
 }
 
 impl Boundaries {
-    pub(super) fn new(grid: Grid) -> Self {
-        let half_width = (grid.width as f32 / 2048.0 * 0.85).clamp(0.45, 6.0);
-        Self { grid, half_width, neighbourhood: i64::from(grid.width / 400).clamp(2, 16) }
+    /// `spacing` is that of sub-plates, in pixels: boundaries zigzag around them.
+    pub(super) fn new(grid: Grid, spacing: f64) -> Self {
+        let half_width = ((grid.width as f32 / 2048.0).sqrt() * 0.85).clamp(0.5, 3.0);
+        let most = i64::from(grid.width / 40).max(2);
+        Self {
+            grid,
+            half_width,
+            neighbourhood: (spacing.ceil() as i64).clamp(2, most),
+        }
     }
 
     /// Rows on either side that a row's lines depend on.
@@ -67,7 +74,13 @@ impl Boundaries {
     /// One line element per pixel of the rows.
     pub(super) fn draw(&self, window: &Window, rows: Range<u32>) -> Vec<Line> {
         let width = self.grid.width as usize;
-        let mut lines = vec![Line { colour: Vec3::ZERO, opacity: 0.0 }; width * rows.len()];
+        let mut lines = vec![
+            Line {
+                colour: Vec3::ZERO,
+                opacity: 0.0
+            };
+            width * rows.len()
+        ];
         let brush = self.brush();
         let from = i64::from(rows.start) - brush;
         let to = i64::from(rows.end) + brush;
@@ -76,7 +89,9 @@ impl Boundaries {
                 let here = window.at(x, y).plate;
                 // The boundary runs along the edge between two pixels.
                 for (dx, dy) in [(1, 0), (0, 1)] {
-                    if y + dy < i64::from(self.grid.height) && window.at(x + dx, y + dy).plate != here {
+                    if y + dy < i64::from(self.grid.height)
+                        && window.at(x + dx, y + dy).plate != here
+                    {
                         let (colour, opacity) = self.motion(window, (x, y), (x + dx, y + dy)).ink();
                         let edge = Vec2::new(dx as f32 * 0.5, dy as f32 * 0.5);
                         self.dab(&mut lines, &rows, (x, y), edge, Line { colour, opacity });
@@ -87,18 +102,29 @@ impl Boundaries {
         lines
     }
 
-    fn dab(&self, lines: &mut [Line], rows: &Range<u32>, (x, y): (i64, i64), edge: Vec2, ink: Line) {
+    fn dab(
+        &self,
+        lines: &mut [Line],
+        rows: &Range<u32>,
+        (x, y): (i64, i64),
+        edge: Vec2,
+        ink: Line,
+    ) {
         let (width, brush) = (i64::from(self.grid.width), self.brush());
         let north = (y - brush).max(i64::from(rows.start));
         let south = (y + brush + 1).min(i64::from(rows.end));
         for row in north..south {
             for column in x - brush..=x + brush {
                 let distance = (Vec2::new((column - x) as f32, (row - y) as f32) - edge).length();
-                let opacity = ink.opacity * ramp(self.half_width + 0.5, self.half_width - 0.5, distance);
+                let opacity =
+                    ink.opacity * ramp(self.half_width + 0.5, self.half_width - 0.5, distance);
                 let at = (row - i64::from(rows.start)) * width + column.rem_euclid(width);
                 let line = &mut lines[at as usize];
                 if opacity > line.opacity {
-                    *line = Line { colour: ink.colour, opacity };
+                    *line = Line {
+                        colour: ink.colour,
+                        opacity,
+                    };
                 }
             }
         }
@@ -109,13 +135,16 @@ impl Boundaries {
     fn motion(&self, window: &Window, a: (i64, i64), b: (i64, i64)) -> Motion {
         let (one, other) = (window.at(a.0, a.1), window.at(b.0, b.1));
         let latitude = self.grid.latitude(a.1 as u32);
-        let squeeze = libm::cos(latitude) as f32;
-        let mut across = Vec2::ZERO;
+        // Pixels shrink towards the poles: look at more of them, in as many samples.
+        let stretch = (1.0 / libm::cos(latitude)).min(8.0);
         let reach = self.neighbourhood;
-        for dy in -reach..=reach {
-            for dx in -reach..=reach {
-                let plate = window.at(a.0 + dx, a.1 + dy).plate;
-                let offset = Vec2::new(dx as f32 * squeeze, -dy as f32);
+        let stride = (reach / 8).max(1);
+        let mut across = Vec2::ZERO;
+        for dy in (-reach..=reach).step_by(stride as usize) {
+            for dx in (-reach..=reach).step_by(stride as usize) {
+                let column = a.0 + (dx as f64 * stretch) as i64;
+                let plate = window.at(column, a.1 + dy).plate;
+                let offset = Vec2::new(dx as f32, -dy as f32);
                 if plate == other.plate {
                     across += offset;
                 } else if plate == one.plate {

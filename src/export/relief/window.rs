@@ -11,7 +11,11 @@ pub(super) struct Window {
 
 impl Window {
     pub(super) fn new(grid: Grid) -> Self {
-        Self { grid, first: 0, pixels: Vec::new() }
+        Self {
+            grid,
+            first: 0,
+            pixels: Vec::new(),
+        }
     }
 
     /// Appends rows at the southern end.
@@ -26,7 +30,8 @@ impl Window {
 
     pub(super) fn forget_before(&mut self, row: u32) {
         let count = row.saturating_sub(self.first);
-        self.pixels.drain(..count as usize * self.grid.width as usize);
+        self.pixels
+            .drain(..count as usize * self.grid.width as usize);
         self.first += count;
     }
 
