@@ -172,13 +172,15 @@ fn grow(flags: &Flags, recipe: Recipe, maps: &Maps) -> Result<(), String> {
     }
     display.finish();
     let seconds = started.elapsed().as_secs_f64();
-    let files = write_planet(&history, seconds, &flags.out, maps).map_err(|error| text(&error))?;
-    report(&history, seconds, &flags.out, files.len())
+    let files =
+        write_planet(&mut history, seconds, &flags.out, maps).map_err(|error| text(&error))?;
+    report(&mut history, seconds, &flags.out, files.len())
 }
 
 /// Prints what was grown.
-fn report(history: &History, seconds: f64, folder: &Path, files: usize) -> Result<(), String> {
+fn report(history: &mut History, seconds: f64, folder: &Path, files: usize) -> Result<(), String> {
     let statistics = history.statistics().map_err(|error| error.to_string())?;
+    let hash = history.state_hash().map_err(|error| error.to_string())?;
     let text = format!(
         "{time:.0} My in {steps} steps, {seconds:.1} s\n\
          land             {land:6.1} %\n\
@@ -191,9 +193,8 @@ fn report(history: &History, seconds: f64, folder: &Path, files: usize) -> Resul
         steps = history.steps(),
         land = 100.0 * statistics.land_share,
         plates = statistics.plates,
-        speed = statistics.mean_speed_mm_yr,
-        oldest = statistics.oldest_sea_floor_my,
-        hash = history.state_hash(),
+        speed = statistics.speed_mean,
+        oldest = statistics.ocean_age_oldest_my,
         folder = folder.display(),
     );
     match stdout().write_all(text.as_bytes()) {

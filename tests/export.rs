@@ -73,10 +73,10 @@ fn grey16(folder: &Path, name: &str) -> Vec<u16> {
 
 #[test]
 fn maps_hold_what_the_surface_holds_at_pixel_centres() {
-    let history = history();
+    let mut history = history();
     let surface = history.surface().unwrap();
     let folder = tempfile::tempdir().unwrap();
-    let paths = write_planet(&history, 1.5, folder.path(), &maps(2)).unwrap();
+    let paths = write_planet(&mut history, 1.5, folder.path(), &maps(2)).unwrap();
     assert_eq!(paths, FILES.map(|name| folder.path().join(name)));
     let mut expected = FILES;
     expected.sort_unstable();
@@ -155,9 +155,9 @@ fn the_number_of_threads_changes_no_byte() {
 
 #[test]
 fn the_summary_has_every_promised_key() {
-    let history = history();
+    let mut history = history();
     let folder = tempfile::tempdir().unwrap();
-    write_planet(&history, 1.5, folder.path(), &maps(1)).unwrap();
+    write_planet(&mut history, 1.5, folder.path(), &maps(1)).unwrap();
     let text = fs::read_to_string(folder.path().join("planet.json")).unwrap();
     let planet: serde_json::Value = serde_json::from_str(&text).unwrap();
     for key in [
@@ -177,7 +177,7 @@ fn the_summary_has_every_promised_key() {
     assert!(planet["seconds"]["stages"].is_object());
     assert_eq!(
         planet["state_hash"],
-        format!("{:016x}", history.state_hash())
+        format!("{:016x}", history.state_hash().unwrap())
     );
     let recipe: Recipe = serde_json::from_value(planet["recipe"].clone()).unwrap();
     assert_eq!(&recipe, history.recipe());
@@ -185,11 +185,11 @@ fn the_summary_has_every_promised_key() {
 
 #[test]
 fn nothing_half_written_stays() {
-    let history = history();
+    let mut history = history();
     let folder = tempfile::tempdir().unwrap();
     // A folder in the place of a file cannot be replaced by one.
     fs::create_dir_all(folder.path().join("age.png/occupied")).unwrap();
-    let error = write_planet(&history, 0.0, folder.path(), &maps(1)).unwrap_err();
+    let error = write_planet(&mut history, 0.0, folder.path(), &maps(1)).unwrap_err();
     assert!(matches!(error, ExportError::Write { .. }));
     assert!(error.to_string().contains("age.png"), "{error}");
     assert_eq!(names(folder.path()), ["age.png"]);
@@ -200,7 +200,7 @@ fn nothing_half_written_stays() {
 
     let file = folder.path().join("file");
     fs::write(&file, "mine").unwrap();
-    let error = write_planet(&history, 0.0, &file.join("below"), &maps(1)).unwrap_err();
+    let error = write_planet(&mut history, 0.0, &file.join("below"), &maps(1)).unwrap_err();
     assert!(error.to_string().contains("below"), "{error}");
     assert!(check_folder(&file).is_err());
     assert_eq!(fs::read_to_string(&file).unwrap(), "mine");

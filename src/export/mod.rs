@@ -105,7 +105,7 @@ impl ExportError {
 /// [`ExportError`] names the file and the cause. Then none of the files was written or replaced, unless
 /// the operating system fails between two renames.
 pub fn write_planet(
-    history: &History,
+    history: &mut History,
     total_seconds: f64,
     folder: &Path,
     maps: &Maps,

@@ -37,10 +37,13 @@ pub struct Seconds {
     pub total: f64,
     /// By stage, in the order in which the stages run.
     #[serde(serialize_with = "in_order")]
-    pub stages: Vec<(String, f64)>,
+    pub stages: Vec<(&'static str, f64)>,
 }
 
-fn in_order<S: Serializer>(stages: &[(String, f64)], serializer: S) -> Result<S::Ok, S::Error> {
+fn in_order<S: Serializer>(
+    stages: &[(&'static str, f64)],
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
     serializer.collect_map(stages.iter().map(|(stage, seconds)| (stage, seconds)))
 }
 
@@ -51,7 +54,7 @@ impl Summary {
     /// # Errors
     /// When the history's fields cannot be read.
     pub fn new(
-        history: &History,
+        history: &mut History,
         surface: &Surface,
         total_seconds: f64,
     ) -> Result<Self, ExportError> {
@@ -65,7 +68,7 @@ impl Summary {
                 total: total_seconds,
                 stages: history.stage_seconds(),
             },
-            state_hash: format!("{:016x}", history.state_hash()),
+            state_hash: format!("{:016x}", history.state_hash()?),
             statistics: history.statistics()?,
             ledger: history.ledger(),
         })
