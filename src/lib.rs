@@ -3,6 +3,8 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
+#[cfg(feature = "export")]
+pub mod export;
 pub mod mesh;
 pub mod simulation;
 

@@ -1,0 +1,416 @@
+//! Grows a planet without a window and writes its maps.
+//!
+//! ```text
+//! cargo run --release --no-default-features --features export --example generate -- \
+//!     --seed 7 --sub-plates 10000 --duration 250 --width 2048 --out target/planet
+//! ```
+//!
+//! Exit code 0: the planet is written. 1: the folder cannot be written or the history failed.
+//! 2: a flag or the recipe is wrong.
+
+use std::{
+    fmt::Display,
+    fs,
+    io::{IsTerminal, Write, stderr, stdout},
+    ops::{ControlFlow, RangeInclusive},
+    path::{Path, PathBuf},
+    process::ExitCode,
+    str::FromStr,
+    time::Instant,
+};
+
+use bevy_tectonics::{
+    export::{Maps, check_folder, write_planet},
+    simulation::{Drive, History, Outcome, Progress, Recipe, Start},
+};
+use clap::{Parser, error::ErrorKind};
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+
+/// Grow a planet by plate tectonics and write its maps.
+///
+/// The same flags grow the same planet, bit for bit, on any machine and with any number of threads.
+#[derive(Parser, Debug)]
+#[command(version)]
+struct Flags {
+    /// The planet's seed, 0 to 18446744073709551615 [default: 0, or the recipe's]
+    #[arg(long, value_name = "N", value_parser = seed, allow_hyphen_values = true)]
+    seed: Option<u64>,
+
+    /// Number of sub-plates: more give finer planets and take longer [default: the recipe's]
+    #[arg(long, value_name = "N", value_parser = sub_plates, allow_hyphen_values = true)]
+    sub_plates: Option<u32>,
+
+    /// Length of the history in millions of years [default: the recipe's]
+    #[arg(long, value_name = "MY", value_parser = duration, allow_hyphen_values = true)]
+    duration: Option<f64>,
+
+    /// Width of the maps in pixels, even, 16 to 16384; they are half as high
+    #[arg(long, value_name = "PIXELS", default_value = "2048", value_parser = width, allow_hyphen_values = true)]
+    width: u32,
+
+    /// Folder for the maps; created where it does not exist
+    #[arg(long, value_name = "FOLDER", default_value = "target/planet")]
+    out: PathBuf,
+
+    /// How the first plates are laid out: flood-fill or voronoi [default: the recipe's]
+    #[arg(long, value_name = "WAY", value_parser = kebab::<Start>)]
+    start: Option<Start>,
+
+    /// What moves plates: soft or rigid [default: the recipe's]
+    #[arg(long, value_name = "WAY", value_parser = kebab::<Drive>)]
+    drive: Option<Drive>,
+
+    /// Threads to use, 1 to 256 [default: one per core]
+    #[arg(long, value_name = "N", value_parser = threads, allow_hyphen_values = true)]
+    threads: Option<usize>,
+
+    /// Recipe to start from: a JSON file, also a planet.json; other flags override it
+    #[arg(long, value_name = "FILE")]
+    recipe: Option<PathBuf>,
+
+    /// Show no progress
+    #[arg(long)]
+    quiet: bool,
+
+    /// Check every invariant of the planet after every step (slow)
+    #[arg(long)]
+    check: bool,
+}
+
+fn main() -> ExitCode {
+    let flags = match Flags::try_parse() {
+        Ok(flags) => flags,
+        Err(error) if error.kind() == ErrorKind::ValueValidation => {
+            // Its first line says it all: flag, value and what is allowed.
+            let message = error.to_string();
+            eprintln!("{}", message.lines().next().unwrap_or_default());
+            return ExitCode::from(2);
+        }
+        Err(error) => error.exit(),
+    };
+    match prepare(&flags) {
+        Err(message) => fail(2, &message),
+        Ok((recipe, maps)) => grow(&flags, recipe, &maps)
+            .map_or_else(|message| fail(1, &message), |()| ExitCode::SUCCESS),
+    }
+}
+
+fn fail(code: u8, message: &str) -> ExitCode {
+    eprintln!("error: {message}");
+    ExitCode::from(code)
+}
+
+/// Everything that can be wrong before anything is done.
+fn prepare(flags: &Flags) -> Result<(Recipe, Maps), String> {
+    let recipe = recipe(flags)?;
+    recipe.validate().map_err(|error| error.to_string())?;
+    let mut maps = Maps::new(flags.width);
+    maps.threads = flags.threads.unwrap_or(maps.threads);
+    maps.validate().map_err(|error| error.to_string())?;
+    Ok((recipe, maps))
+}
+
+fn recipe(flags: &Flags) -> Result<Recipe, String> {
+    let mut recipe = match &flags.recipe {
+        Some(path) => read_recipe(path)?,
+        None => Recipe::earth_like(flags.seed.unwrap_or(0)),
+    };
+    recipe.seed = flags.seed.unwrap_or(recipe.seed);
+    recipe.sub_plates = flags.sub_plates.unwrap_or(recipe.sub_plates);
+    recipe.duration_my = flags.duration.unwrap_or(recipe.duration_my);
+    recipe.start = flags.start.unwrap_or(recipe.start);
+    recipe.drive = flags.drive.unwrap_or(recipe.drive);
+    Ok(recipe)
+}
+
+/// Reads a recipe, or the recipe of a planet that was written before.
+fn read_recipe(path: &Path) -> Result<Recipe, String> {
+    let wrong =
+        |error: &dyn Display| format!("cannot read a recipe from {}: {error}", path.display());
+    let text = fs::read_to_string(path).map_err(|error| wrong(&error))?;
+    let mut value: Value = serde_json::from_str(&text).map_err(|error| wrong(&error))?;
+    if let Some(inner) = value.get_mut("recipe") {
+        value = inner.take();
+    }
+    serde_json::from_value(value).map_err(|error| wrong(&error))
+}
+
+fn grow(flags: &Flags, recipe: Recipe, maps: &Maps) -> Result<(), String> {
+    let text = |error: &dyn Display| error.to_string();
+    // Before the long run: a planet that cannot be written is not worth growing.
+    check_folder(&flags.out).map_err(|error| text(&error))?;
+    let started = Instant::now();
+    let duration = recipe.duration_my;
+    let mut history = History::with_threads(recipe, maps.threads).map_err(|error| text(&error))?;
+    let mut display = Gauge::new(flags.quiet, duration);
+    loop {
+        let before = history.steps();
+        let outcome = history
+            .run_until(duration, |progress| {
+                display.show(progress);
+                if flags.check && progress.steps > before {
+                    ControlFlow::Break(())
+                } else {
+                    ControlFlow::Continue(())
+                }
+            })
+            .map_err(|error| text(&error))?;
+        if flags.check {
+            history.check().map_err(|error| {
+                format!(
+                    "after step {} at {:.2} My: {error}",
+                    history.steps(),
+                    history.time_my()
+                )
+            })?;
+        }
+        if outcome == Outcome::Finished {
+            break;
+        }
+    }
+    display.finish();
+    let seconds = started.elapsed().as_secs_f64();
+    let files =
+        write_planet(&mut history, seconds, &flags.out, maps).map_err(|error| text(&error))?;
+    report(&mut history, seconds, &flags.out, files.len())
+}
+
+/// Prints what was grown.
+fn report(history: &mut History, seconds: f64, folder: &Path, files: usize) -> Result<(), String> {
+    let statistics = history.statistics().map_err(|error| error.to_string())?;
+    let hash = history.state_hash().map_err(|error| error.to_string())?;
+    let text = format!(
+        "{time:.0} My in {steps} steps, {seconds:.1} s\n\
+         land             {land:6.1} %\n\
+         plates           {plates:6}\n\
+         mean speed       {speed:6.1} mm/yr\n\
+         oldest sea floor {oldest:6.0} My\n\
+         state hash       {hash:016x}\n\
+         {files} files in       {folder}\n",
+        time = history.time_my(),
+        steps = history.steps(),
+        land = 100.0 * statistics.land_share,
+        plates = statistics.plates,
+        speed = statistics.speed_mean,
+        oldest = statistics.ocean_age_oldest_my,
+        folder = folder.display(),
+    );
+    match stdout().write_all(text.as_bytes()) {
+        // Whoever reads us has read enough.
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        result => result.map_err(|error| format!("cannot print the summary: {error}")),
+    }
+}
+
+/// Progress on stderr: a bar in a terminal, otherwise a line every tenth.
+enum Gauge {
+    Nothing,
+    Bar(ProgressBar),
+    Lines { tenths: u32 },
+}
+
+impl Gauge {
+    fn new(quiet: bool, duration_my: f64) -> Self {
+        if quiet {
+            return Self::Nothing;
+        }
+        if !stderr().is_terminal() {
+            return Self::Lines { tenths: 0 };
+        }
+        let template = "{bar:40} {percent:>3} %  {msg}  {elapsed} gone, {eta} to go";
+        let style =
+            ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+        let bar = ProgressBar::new(1000).with_style(style);
+        bar.set_message(format!("0 of {duration_my:.0} My"));
+        Self::Bar(bar)
+    }
+
+    fn show(&mut self, progress: &Progress) {
+        let place = || {
+            format!(
+                "{:.0} of {:.0} My, step {}",
+                progress.time_my, progress.end_my, progress.steps
+            )
+        };
+        match self {
+            Self::Nothing => {}
+            Self::Bar(bar) => {
+                bar.set_message(place());
+                bar.set_position((progress.fraction * 1000.0) as u64);
+            }
+            Self::Lines { tenths } => {
+                let reached = (progress.fraction * 10.0) as u32;
+                if reached > *tenths {
+                    *tenths = reached;
+                    eprintln!("{} %: {}", reached * 10, place());
+                }
+            }
+        }
+    }
+
+    fn finish(&self) {
+        if let Self::Bar(bar) = self {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+fn number<T: FromStr + PartialOrd>(
+    text: &str,
+    allowed: RangeInclusive<T>,
+    hint: &str,
+) -> Result<T, String> {
+    text.parse()
+        .ok()
+        .filter(|value| allowed.contains(value))
+        .ok_or_else(|| hint.to_owned())
+}
+
+fn seed(text: &str) -> Result<u64, String> {
+    number(
+        text,
+        0..=u64::MAX,
+        "it must be a whole number from 0 to 18446744073709551615",
+    )
+}
+
+// Recipes know their own ranges and are checked as a whole: what a flag alone can get wrong is only
+// that it is no number at all.
+fn sub_plates(text: &str) -> Result<u32, String> {
+    number(
+        text,
+        0..=u32::MAX,
+        "it must be a whole number from 200 to 2000000",
+    )
+}
+
+fn duration(text: &str) -> Result<f64, String> {
+    text.parse()
+        .map_err(|_| "it must be a number from 0 to 10000 (millions of years)".to_owned())
+}
+
+fn width(text: &str) -> Result<u32, String> {
+    let hint = "it must be an even number from 16 to 16384";
+    let width = number(text, Maps::WIDTHS, hint)?;
+    if width % 2 == 0 {
+        Ok(width)
+    } else {
+        Err(hint.to_owned())
+    }
+}
+
+fn threads(text: &str) -> Result<usize, String> {
+    number(
+        text,
+        Maps::THREADS,
+        "it must be a whole number from 1 to 256",
+    )
+}
+
+/// A choice by the name it has in a recipe.
+fn kebab<T: DeserializeOwned>(text: &str) -> Result<T, String> {
+    serde_json::from_value(Value::from(text)).map_err(|error| error.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(flags: &[&str]) -> Result<Flags, clap::Error> {
+        Flags::try_parse_from([&["generate"], flags].concat())
+    }
+
+    #[test]
+    fn flags_are_well_formed() {
+        use clap::CommandFactory;
+        Flags::command().debug_assert();
+        let flags = parse(&[]).unwrap();
+        assert_eq!(
+            (flags.width, flags.quiet, flags.check),
+            (2048, false, false)
+        );
+        assert!(prepare(&flags).is_ok());
+    }
+
+    #[test]
+    fn wrong_values_are_named_with_what_is_allowed() {
+        for (flag, value, expected) in [
+            ("--width", "15", "even number from 16 to 16384"),
+            ("--width", "17", "even number from 16 to 16384"),
+            ("--width", "16386", "even number from 16 to 16384"),
+            ("--width", "wide", "even number from 16 to 16384"),
+            ("--width", "-16", "even number from 16 to 16384"),
+            ("--threads", "0", "from 1 to 256"),
+            ("--threads", "257", "from 1 to 256"),
+            ("--seed", "-1", "from 0 to 18446744073709551615"),
+            ("--seed", "1.5", "from 0 to 18446744073709551615"),
+            ("--sub-plates", "many", "from 200 to 2000000"),
+            ("--sub-plates", "-1", "from 200 to 2000000"),
+            ("--duration", "long", "from 0 to 10000"),
+            ("--start", "banana", "flood-fill"),
+            ("--drive", "banana", "rigid"),
+        ] {
+            let error = parse(&[flag, value]).expect_err(flag);
+            assert_eq!(
+                (error.kind(), error.exit_code()),
+                (ErrorKind::ValueValidation, 2)
+            );
+            let message = error.to_string();
+            let line = message.lines().next().unwrap();
+            assert!(line.contains(flag) && line.contains(expected), "{line}");
+        }
+    }
+
+    #[test]
+    fn the_recipe_refuses_what_it_cannot_grow() {
+        for (flag, field, allowed, values) in [
+            (
+                "--sub-plates",
+                "sub_plates",
+                "between 200 and 2000000",
+                ["199", "2000001"],
+            ),
+            (
+                "--duration",
+                "duration_my",
+                "between 0 and 10000",
+                ["-5", "10000.5"],
+            ),
+            (
+                "--duration",
+                "duration_my",
+                "between 0 and 10000",
+                ["NaN", "inf"],
+            ),
+        ] {
+            for value in values {
+                let message = prepare(&parse(&[flag, value]).unwrap()).unwrap_err();
+                assert!(
+                    message.contains(field) && message.contains(allowed),
+                    "{message}"
+                );
+                assert_eq!(message.lines().count(), 1);
+            }
+        }
+    }
+
+    #[test]
+    fn flags_override_a_recipe_and_a_planet_is_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("planet.json");
+        let mut recipe = Recipe::earth_like(99);
+        recipe.duration_my = 123.0;
+        let planet = serde_json::json!({ "recipe": recipe, "steps": 5 });
+        for value in [planet, serde_json::to_value(&recipe).unwrap()] {
+            fs::write(&path, value.to_string()).unwrap();
+            let file = path.to_str().unwrap();
+            let (read, _) = prepare(&parse(&["--recipe", file, "--seed", "5"]).unwrap()).unwrap();
+            assert_eq!((read.seed, read.duration_my), (5, 123.0));
+        }
+        fs::write(&path, "{").unwrap();
+        let flags = parse(&["--recipe", path.to_str().unwrap()]).unwrap();
+        assert!(prepare(&flags).unwrap_err().contains("planet.json"));
+    }
+}

@@ -1,0 +1,310 @@
+//! The map files.
+
+use std::{
+    num::NonZero,
+    ops::RangeInclusive,
+    path::{Path, PathBuf},
+};
+
+use png::{BitDepth, ColorType, Encoder, SrgbRenderingIntent, StreamWriter};
+
+use super::{
+    ExportError,
+    draft::{self, Draft, Pen},
+    raster::{Grid, Pixel, Raster, east_north},
+    relief::Painter,
+};
+use crate::simulation::{Crust, Surface};
+
+/// How large to draw maps, and with how many threads.
+///
+/// ```no_run
+/// # use bevy_tectonics::{export::{ExportError, Maps}, simulation::Surface};
+/// # fn example(surface: &Surface) -> Result<(), ExportError> {
+/// Maps::new(2048).write(surface, "planet".as_ref())?;
+/// # Ok(()) }
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Maps {
+    /// Pixels from west to east, even, within [`Self::WIDTHS`]. The height is half of it.
+    pub width: u32,
+    /// Threads to sample with, within [`Self::THREADS`]. The maps do not depend on it.
+    pub threads: usize,
+}
+
+impl Maps {
+    /// Allowed widths, pixels; only even ones.
+    pub const WIDTHS: RangeInclusive<u32> = 16..=16384;
+    /// Allowed numbers of threads.
+    pub const THREADS: RangeInclusive<usize> = 1..=256;
+
+    /// Maps of a width, with one thread per core.
+    #[must_use]
+    pub fn new(width: u32) -> Self {
+        let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
+        Self {
+            width,
+            threads: cores.min(*Self::THREADS.end()),
+        }
+    }
+
+    /// Says whether the settings can be used.
+    ///
+    /// # Errors
+    /// [`ExportError::Width`] or [`ExportError::Threads`].
+    pub fn validate(&self) -> Result<(), ExportError> {
+        if !Self::WIDTHS.contains(&self.width) || !self.width.is_multiple_of(2) {
+            return Err(ExportError::Width(self.width));
+        }
+        if !Self::THREADS.contains(&self.threads) {
+            return Err(ExportError::Threads(self.threads));
+        }
+        Ok(())
+    }
+
+    /// Writes the seven maps into `folder`, which is created where it does not exist, and returns their
+    /// paths.
+    ///
+    /// # Errors
+    /// [`ExportError`] names the file and the cause; nothing half-written is left behind.
+    pub fn write(&self, surface: &Surface, folder: &Path) -> Result<Vec<PathBuf>, ExportError> {
+        self.write_with_progress(surface, folder, |_| ())
+    }
+
+    /// As [`write`](Self::write), telling `progress` now and then which fraction is done, 0 to 1.
+    ///
+    /// # Errors
+    /// As [`write`](Self::write).
+    pub fn write_with_progress(
+        &self,
+        surface: &Surface,
+        folder: &Path,
+        mut progress: impl FnMut(f64),
+    ) -> Result<Vec<PathBuf>, ExportError> {
+        draft::publish(self.draft(surface, folder, &mut progress)?)
+    }
+
+    pub(super) fn draft(
+        &self,
+        surface: &Surface,
+        folder: &Path,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<Vec<Draft>, ExportError> {
+        self.validate()?;
+        let raster = Raster::new(surface)?;
+        let grid = Grid::new(self.width);
+        let mut data = Data::ALL
+            .into_iter()
+            .map(|map| Ok((map, Sheet::create(folder, map.name(), grid, map.format())?)))
+            .collect::<Result<Vec<_>, ExportError>>()?;
+        let mut picture =
+            Sheet::create(folder, "map.png", grid, (ColorType::Rgb, BitDepth::Eight))?;
+        let mut painter = Painter::new(grid, surface);
+
+        // Bands keep the memory of the widest map at some hundred megabytes.
+        let band = (1_u32 << 20).div_ceil(self.width).clamp(8, grid.height);
+        for first in (0..grid.height).step_by(band as usize) {
+            let rows = first..grid.height.min(first + band);
+            let pixels = raster.rows(grid, rows.clone(), self.threads);
+            std::thread::scope(|scope| {
+                let share = data.len().div_ceil(self.threads);
+                let writers: Vec<_> = data
+                    .chunks_mut(share)
+                    .map(|maps| {
+                        let (rows, pixels) = (rows.clone(), &pixels);
+                        scope.spawn(move || {
+                            maps.iter_mut().try_for_each(|(map, sheet)| {
+                                sheet.append(&map.encode(grid, rows.clone(), pixels))
+                            })
+                        })
+                    })
+                    .collect();
+                writers
+                    .into_iter()
+                    .try_for_each(|writer| match writer.join() {
+                        Ok(result) => result,
+                        Err(panic) => std::panic::resume_unwind(panic),
+                    })
+            })?;
+            picture.append(&painter.paint(pixels, self.threads))?;
+            progress(f64::from(rows.end) / f64::from(grid.height));
+        }
+        let sheets = data.into_iter().map(|(_, sheet)| sheet).chain([picture]);
+        sheets.map(Sheet::finish).collect()
+    }
+}
+
+/// The maps that programs read.
+#[derive(Clone, Copy)]
+enum Data {
+    Elevation,
+    Crust,
+    Age,
+    Plate,
+    VelocityEast,
+    VelocityNorth,
+}
+
+impl Data {
+    const ALL: [Self; 6] = [
+        Self::Elevation,
+        Self::Crust,
+        Self::Age,
+        Self::Plate,
+        Self::VelocityEast,
+        Self::VelocityNorth,
+    ];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Elevation => "elevation.png",
+            Self::Crust => "crust.png",
+            Self::Age => "age.png",
+            Self::Plate => "plate.png",
+            Self::VelocityEast => "velocity_east.png",
+            Self::VelocityNorth => "velocity_north.png",
+        }
+    }
+
+    fn format(self) -> (ColorType, BitDepth) {
+        let depth = if matches!(self, Self::Crust) {
+            BitDepth::Eight
+        } else {
+            BitDepth::Sixteen
+        };
+        (ColorType::Grayscale, depth)
+    }
+
+    fn encode(self, grid: Grid, rows: std::ops::Range<u32>, pixels: &[Pixel]) -> Vec<u8> {
+        if matches!(self, Self::Crust) {
+            let shade = |pixel: &Pixel| {
+                if pixel.crust == Crust::Continental {
+                    255
+                } else {
+                    0
+                }
+            };
+            return pixels.iter().map(shade).collect();
+        }
+        let mut bytes = Vec::with_capacity(2 * pixels.len());
+        for (y, row) in rows.zip(pixels.chunks(grid.width as usize)) {
+            let latitude = grid.latitude(y);
+            for (x, pixel) in (0..).zip(row) {
+                let value = match self {
+                    Self::Elevation => quantise(pixel.elevation + 32768.0),
+                    Self::Age => quantise(pixel.age * 10.0),
+                    Self::Plate => pixel.plate,
+                    Self::VelocityEast | Self::VelocityNorth => {
+                        let (east, north) = east_north(grid.longitude(x), latitude);
+                        let axis = if matches!(self, Self::VelocityEast) {
+                            east
+                        } else {
+                            north
+                        };
+                        quantise(pixel.velocity.dot(axis) * 100.0 + 32768.0)
+                    }
+                    Self::Crust => 0,
+                };
+                bytes.extend(value.to_be_bytes());
+            }
+        }
+        bytes
+    }
+}
+
+/// The nearest 16-bit value; the cast saturates.
+fn quantise(value: f32) -> u16 {
+    (value + 0.5).floor() as u16
+}
+
+/// A PNG file under construction.
+struct Sheet {
+    draft: Draft,
+    writer: StreamWriter<'static, Pen>,
+}
+
+impl Sheet {
+    fn create(
+        folder: &Path,
+        name: &str,
+        grid: Grid,
+        (color, depth): (ColorType, BitDepth),
+    ) -> Result<Self, ExportError> {
+        let draft = Draft::create(folder, name)?;
+        let mut encoder = Encoder::new(draft.pen(), grid.width, grid.height);
+        encoder.set_color(color);
+        encoder.set_depth(depth);
+        if color == ColorType::Rgb {
+            encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
+        }
+        let writer = encoder
+            .write_header()
+            .and_then(png::Writer::into_stream_writer)
+            .map_err(|error| draft.error(error))?;
+        Ok(Self { draft, writer })
+    }
+
+    fn append(&mut self, bytes: &[u8]) -> Result<(), ExportError> {
+        use std::io::Write;
+        self.writer
+            .write_all(bytes)
+            .map_err(|error| self.draft.error(error))
+    }
+
+    fn finish(self) -> Result<Draft, ExportError> {
+        self.writer
+            .finish()
+            .map_err(|error| self.draft.error(error))?;
+        Ok(self.draft)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_round_and_saturate() {
+        assert_eq!(quantise(0.4), 0);
+        assert_eq!(quantise(0.5), 1);
+        assert_eq!(quantise(-3.0), 0);
+        assert_eq!(quantise(1e9), u16::MAX);
+        assert_eq!(quantise(f32::NAN), 0);
+    }
+
+    #[test]
+    fn widths_and_threads_are_checked() {
+        for width in [0, 14, 15, 17, 16386, u32::MAX] {
+            let message = Maps { width, threads: 1 }
+                .validate()
+                .unwrap_err()
+                .to_string();
+            assert!(message.contains("16 to 16384"), "{message}");
+        }
+        assert!(
+            Maps {
+                width: 16,
+                threads: 1
+            }
+            .validate()
+            .is_ok()
+        );
+        assert!(
+            Maps {
+                width: 16384,
+                threads: 256
+            }
+            .validate()
+            .is_ok()
+        );
+        assert!(
+            Maps {
+                width: 512,
+                threads: 0
+            }
+            .validate()
+            .is_err()
+        );
+        assert!(Maps::new(512).validate().is_ok());
+    }
+}

@@ -1,0 +1,117 @@
+//! Maps of a planet, written to a folder: six data maps, one map for people, and a summary.
+//!
+//! | file | content |
+//! |---|---|
+//! | `elevation.png` | 16-bit grey, metres above sea level + 32768 |
+//! | `crust.png` | 8-bit grey, 0 oceanic, 255 continental |
+//! | `age.png` | 16-bit grey, crust age in 0.1 My, saturating |
+//! | `plate.png` | 16-bit grey, plate id (0 = none) |
+//! | `velocity_east.png`, `velocity_north.png` | 16-bit grey, 0.01 mm/yr + 32768 |
+//! | `map.png` | for people: coloured relief with hill shading, sea and plate boundaries |
+//! | `planet.json` | the [`Summary`]: recipe, statistics, ledger, costs |
+//!
+//! Maps are equirectangular, W × W/2 pixels. The centre of pixel (x, y) lies at longitude
+//! −180 + (x + ½)·360/W and latitude 90 − (y + ½)·180/H degrees. These formats are a promise: programs
+//! outside this crate read them.
+//!
+//! Files appear whole or not at all: each is written under a temporary name, synced, and renamed only
+//! once all of them are complete. The bytes depend on the planet and the width, never on the number of
+//! threads.
+//!
+//! [`write_planet`] exports a history; [`Maps::write`] only a [`Surface`](crate::simulation::Surface);
+//! [`Raster`] samples a surface in any direction without writing anything.
+
+mod draft;
+mod maps;
+mod raster;
+mod relief;
+mod summary;
+mod texture;
+mod tint;
+
+use std::{
+    io,
+    path::{Path, PathBuf},
+};
+
+pub use draft::check_folder;
+pub use maps::Maps;
+pub use raster::{Pixel, Raster, direction};
+pub use summary::{Seconds, Summary};
+
+use crate::simulation::{History, TectonicError};
+
+/// Names of all files an export writes.
+pub const FILES: [&str; 8] = [
+    "elevation.png",
+    "crust.png",
+    "age.png",
+    "plate.png",
+    "velocity_east.png",
+    "velocity_north.png",
+    "map.png",
+    "planet.json",
+];
+
+/// Why maps could not be written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ExportError {
+    /// The width is odd or outside [`Maps::WIDTHS`].
+    #[error("the map width is {0}, but must be an even number from 16 to 16384")]
+    Width(u32),
+    /// The number of threads is outside [`Maps::THREADS`].
+    #[error("the number of threads is {0}, but must be from 1 to 256")]
+    Threads(usize),
+    /// A file or folder could not be written; nothing half-written is left behind.
+    #[error("cannot write {}: {source}", path.display())]
+    Write {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the operating system, or the encoder, said.
+        source: io::Error,
+    },
+    /// A column of the surface does not have one value per sub-plate.
+    #[error("the surface has {found} values of {field} for {expected} sub-plates")]
+    Surface {
+        /// The column.
+        field: &'static str,
+        /// Its length.
+        found: usize,
+        /// The number of sub-plates.
+        expected: usize,
+    },
+    /// The history could not be read.
+    #[error(transparent)]
+    History(#[from] TectonicError),
+}
+
+impl ExportError {
+    fn write(path: &Path, source: impl Into<io::Error>) -> Self {
+        Self::Write {
+            path: path.to_owned(),
+            source: source.into(),
+        }
+    }
+}
+
+/// Writes all maps and `planet.json` of a history's present state into `folder`, which is created where
+/// it does not exist, and returns the paths of the files.
+///
+/// `total_seconds` is the wall time the history has cost, as the caller measured it; it goes into the
+/// summary beside the stages' own.
+///
+/// # Errors
+/// [`ExportError`] names the file and the cause. Then none of the files was written or replaced, unless
+/// the operating system fails between two renames.
+pub fn write_planet(
+    history: &mut History,
+    total_seconds: f64,
+    folder: &Path,
+    maps: &Maps,
+) -> Result<Vec<PathBuf>, ExportError> {
+    let surface = history.surface()?;
+    let mut drafts = maps.draft(&surface, folder, &mut |_| ())?;
+    drafts.push(Summary::new(history, &surface, total_seconds)?.draft(folder)?);
+    draft::publish(drafts)
+}
