@@ -4,7 +4,7 @@ fn main() {
     let a: Vec<String> = std::env::args().collect();
     let get = |i: usize, d: f64| a.get(i).and_then(|s| s.parse().ok()).unwrap_or(d);
     let (seed, n, t, check) = (get(1, 1.0) as u64, get(2, 10000.0) as u32, get(3, 100.0), get(4, 0.0) > 0.0);
-    let mut h = History::new(Recipe::earth_like(seed).with_sub_plates(n).with_duration(t)).unwrap();
+    let mut h = History::with_threads(Recipe::earth_like(seed).with_sub_plates(n).with_duration(t), get(6, 1.0) as usize).unwrap();
     let start = std::time::Instant::now();
     println!("{:?}", h.check());
     let mut next = 0.0;

@@ -11,6 +11,7 @@ use super::{
     start,
     statistics::Statistics,
     surface::Surface,
+    workers::Workers,
 };
 use bevy::app::PluginGroup;
 use bevy::prelude::*;
@@ -62,6 +63,17 @@ impl History {
     /// cannot be triangulated.
     pub fn new(recipe: Recipe) -> Result<Self, TectonicError> {
         Self::with_plugins(recipe, SimulationPlugins)
+    }
+
+    /// The start of a planet whose stages work on this many threads. The planet is the same on any
+    /// number of them.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_threads(recipe: Recipe, threads: usize) -> Result<Self, TectonicError> {
+        let mut history = Self::new(recipe)?;
+        history.world.insert_resource(Workers::new(threads));
+        Ok(history)
     }
 
     /// The start of a planet whose stages are yours to choose: disable or replace plugins of

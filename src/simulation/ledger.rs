@@ -26,8 +26,6 @@ pub struct Ledger {
     pub area_shortened_km2: f64,
     /// Continental area made by stretching in rifts, km².
     pub area_stretched_km2: f64,
-    /// Area that refinement added (negative: took away), km².
-    pub area_refined_km2: f64,
 }
 
 impl Ledger {

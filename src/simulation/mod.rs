@@ -31,6 +31,7 @@ pub mod streams;
 mod sub_plate;
 mod surface;
 mod topology;
+mod workers;
 
 pub use boundaries::{Boundaries, Contact, Contacts, Front, Motion};
 pub use clock::{Clock, Tick};
@@ -60,3 +61,4 @@ pub use sub_plate::{
 };
 pub use surface::Surface;
 pub use topology::{BoundaryKind, EdgeState, Topology};
+pub use workers::Workers;

@@ -13,6 +13,7 @@ use super::{
     sea::Sea,
     stages::*,
     sub_plate::*,
+    workers::Workers,
 };
 use bevy::app::PluginGroupBuilder;
 use bevy::prelude::*;
@@ -93,7 +94,8 @@ impl Plugin for SimulationPlugin {
             .init_resource::<Contacts>()
             .init_resource::<StepFailure>()
             .init_resource::<Cancellation>()
-            .init_resource::<StageTimings>();
+            .init_resource::<StageTimings>()
+            .init_resource::<Workers>();
         schedule::configure(app);
     }
 }

@@ -14,6 +14,7 @@ use super::super::{
     recipe::Recipe,
     sub_plate::{Created, Crust, PlateId, SubPlate},
     topology::{BoundaryKind, EdgeState, Topology},
+    workers::Workers,
 };
 use crate::mesh::{NONE, SphereMesh};
 use bevy::prelude::*;
@@ -24,6 +25,7 @@ use std::collections::BTreeMap;
 pub(in crate::simulation) fn classify_boundaries(
     recipe: Res<Recipe>,
     clock: Res<Clock>,
+    workers: Res<Workers>,
     mut topology: ResMut<Topology>,
     mut boundaries: ResMut<Boundaries>,
     mut contacts: ResMut<Contacts>,
@@ -36,7 +38,7 @@ pub(in crate::simulation) fn classify_boundaries(
     let constants = &recipe.constants.boundaries;
     let boundaries = &mut *boundaries;
 
-    find_fronts(mesh, plate, recipe.radius_km, boundaries);
+    find_fronts(&workers, mesh, plate, recipe.radius_km, boundaries);
     smooth_strikes(mesh, plate, constants.smoothing, boundaries);
     let Boundaries { fronts, .. } = &mut *boundaries;
     let mut fronts = core::mem::take(fronts);
@@ -63,6 +65,7 @@ pub(in crate::simulation) fn classify_boundaries(
 
 /// Collects the edges across plates with their dual normals, and the vertices at them.
 fn find_fronts(
+    workers: &Workers,
     mesh: &mut SphereMesh<EdgeState>,
     plate: &[PlateId],
     radius: f64,
@@ -72,20 +75,26 @@ fn find_fronts(
     boundaries.vertices.clear();
     boundaries.place.clear();
     boundaries.place.resize(mesh.vertex_count(), NONE);
-    for edge in 0..mesh.edge_slots() as u32 {
-        if !mesh.is_edge(edge) {
-            continue;
-        }
+    // Edges across plates, and edges that still say they were.
+    let candidates = workers.map(mesh.edge_slots(), |slots| {
+        let mixed = |&edge: &u32| {
+            mesh.is_edge(edge) && {
+                let (u, v) = mesh.endpoints(edge);
+                let state = mesh.payload(edge);
+                plate[u as usize] != plate[v as usize]
+                    || state.kind != BoundaryKind::Joined
+                    || state.cross_kind != BoundaryKind::Joined
+            }
+        };
+        (slots.start as u32..slots.end as u32).filter(mixed).collect::<Vec<u32>>()
+    });
+    for edge in candidates.into_iter().flatten() {
         let (u, v) = mesh.endpoints(edge);
         let plates = [plate[u as usize], plate[v as usize]];
         if plates[0] == plates[1] {
-            if mesh.payload(edge).kind != BoundaryKind::Joined
-                || mesh.payload(edge).cross_kind != BoundaryKind::Joined
-            {
-                let state = mesh.payload_mut(edge);
-                state.kind = BoundaryKind::Joined;
-                state.cross_kind = BoundaryKind::Joined;
-            }
+            let state = mesh.payload_mut(edge);
+            state.kind = BoundaryKind::Joined;
+            state.cross_kind = BoundaryKind::Joined;
             continue;
         }
         let h = 2 * edge;

@@ -12,6 +12,7 @@ use super::super::{
     ledger::Ledger,
     plate::{Plate, PlateBorn, PlateTable, Rotation},
     recipe::Recipe,
+    stages::Splits,
     sub_plate::*,
     topology::{EdgeState, Topology},
 };
@@ -36,6 +37,7 @@ pub(in crate::simulation) fn create_crust(
     boundaries: Res<Boundaries>,
     mut topology: ResMut<Topology>,
     mut ledger: ResMut<Ledger>,
+    mut splits: ResMut<Splits>,
     plates: Query<(Entity, &Plate, &Rotation, &PlateBorn)>,
     mut sub_plates: Query<
         (&PlateId, &Crust, &Created, &MaterialArea, &Elevation, &mut Thickness),
@@ -94,10 +96,11 @@ pub(in crate::simulation) fn create_crust(
             }
             ledger.area_created_km2 += cell;
         }
-        if mesh.insert(gap.site, gap.corners[0]).is_err() {
-            // Only a coincident site is refused, and the gap rule keeps sites apart.
+        // Only a coincident site is refused, and the gap rule keeps sites apart.
+        let Ok((_, flips)) = mesh.insert(gap.site, gap.corners[0]) else {
             continue;
-        }
+        };
+        splits.note_flips(&flips, plate);
         commands.spawn((
             SubPlate,
             Position(gap.site.as_vec3()),

@@ -8,7 +8,6 @@ use super::super::{
     clock::Clock,
     columns::Columns,
     error::TectonicError,
-    ledger::Ledger,
     reach::reach,
     recipe::Recipe,
     sub_plate::*,
@@ -43,7 +42,6 @@ pub(in crate::simulation) fn refine(
     recipe: Res<Recipe>,
     clock: Res<Clock>,
     mut topology: ResMut<Topology>,
-    mut ledger: ResMut<Ledger>,
     mut sub_plates: Query<RefineColumns, With<SubPlate>>,
 ) -> Result<(), TectonicError> {
     if clock.refinement.due().is_none() {
@@ -56,8 +54,7 @@ pub(in crate::simulation) fn refine(
     let area = area.bypass_change_detection();
     let constants = &recipe.constants.refine;
     let targets = targets(&recipe, mesh, plate, crust, elevation);
-    let sphere = recipe.radius_km * recipe.radius_km;
-    let cells: Vec<f64> = mesh.cell_areas().into_iter().map(|cell| cell * sphere).collect();
+    let cells = shares_of_triangles(mesh, recipe.radius_km);
     let rows = cells.len();
     let mut touched = vec![false; rows];
     let interior = |mesh: &SphereMesh<EdgeState>, v: u32| {
@@ -146,8 +143,22 @@ pub(in crate::simulation) fn refine(
     for v in gone {
         commands.entity(entity[v as usize]).despawn();
     }
-    let _ = &mut ledger;
     Ok(())
+}
+
+/// Area around every vertex in km²: a third of each triangle. Close to that of its cell, at a tenth
+/// of the cost.
+fn shares_of_triangles(mesh: &SphereMesh<EdgeState>, radius: f64) -> Vec<f64> {
+    let mut areas = vec![0.0; mesh.vertex_count()];
+    for h in mesh.triangles() {
+        let corners = mesh.triangle_vertices(h);
+        let [a, b, c] = corners.map(|v| mesh.site(v));
+        let share = (b - a).cross(c - a).length() * radius * radius / 6.0;
+        for v in corners {
+            areas[v as usize] += share;
+        }
+    }
+    areas
 }
 
 /// Wanted area of every cell in km².

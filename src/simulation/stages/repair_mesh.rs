@@ -8,6 +8,7 @@ use super::{
         stages::reorganize_plates::Splits,
         sub_plate::{PlateId, Position, SubPlate},
         topology::Topology,
+        workers::Workers,
     },
 };
 use bevy::prelude::*;
@@ -18,6 +19,7 @@ const FLATTEST: f64 = 0.04;
 /// Restores the Delaunay property of the whole mesh, by exact predicates.
 pub(in crate::simulation) fn repair_mesh(
     clock: Res<Clock>,
+    workers: Res<Workers>,
     mut topology: ResMut<Topology>,
     mut splits: ResMut<Splits>,
     mut sub_plates: Query<(&mut Position, &PlateId), With<SubPlate>>,
@@ -25,7 +27,9 @@ pub(in crate::simulation) fn repair_mesh(
     let mesh = &mut topology.0;
     let (mut position, plate) = sub_plates.columns(mesh.vertex_count())?;
     let failed = |source| TectonicError::Repair { time_my: clock.time_my, source };
-    let mut flips = mesh.repair_delaunay().map_err(failed)?;
+    // The sweep is the work; what it finds is next to nothing.
+    let suspects = workers.map(mesh.edge_slots(), |slots| mesh.non_delaunay_edges(slots));
+    let mut flips = mesh.repair_from(suspects.concat()).map_err(failed)?;
     let moved = mesh.repair_slivers(FLATTEST, |_| true).map_err(failed)?;
     if !moved.moved.is_empty() {
         let position = position.bypass_change_detection();
@@ -37,10 +41,6 @@ pub(in crate::simulation) fn repair_mesh(
         flips.extend(moved.flips);
         flips.extend(mesh.repair_delaunay().map_err(failed)?);
     }
-    // A flip that takes the last edge between two parts of a plate may have cut it.
-    splits.suspected |= flips.iter().any(|flip| {
-        let [a, b] = flip.before.map(|v| plate[v as usize]);
-        a == b && flip.after.iter().all(|&v| plate[v as usize] != a)
-    });
+    splits.note_flips(&flips, plate);
     Ok(())
 }

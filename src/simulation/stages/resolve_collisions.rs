@@ -13,6 +13,7 @@ use super::{
         ledger::Ledger,
         plate::{Plate, PlateBorn, PlateTable, Rotation},
         recipe::Recipe,
+        stages::Splits,
         sub_plate::*,
         topology::{EdgeState, Topology},
     },
@@ -59,6 +60,7 @@ pub(in crate::simulation) fn resolve_collisions(
     contacts: Res<Contacts>,
     mut topology: ResMut<Topology>,
     mut ledger: ResMut<Ledger>,
+    mut splits: ResMut<Splits>,
     plates: Query<(Entity, &Plate, &Rotation, &PlateBorn)>,
     mut sub_plates: Query<CollisionColumns, With<SubPlate>>,
 ) -> Result<(), TectonicError> {
@@ -103,6 +105,7 @@ pub(in crate::simulation) fn resolve_collisions(
                 continue;
             };
             let ring: Vec<u32> = mesh.neighbours(v).collect();
+            splits.note_removal(&ring, ground.plate[v as usize], ground.plate);
             judge.bury(mesh, &mut ground, &mut ledger, victim, clock.time_my, clock.step_my);
             mesh.collapse(h);
             for w in ring {
@@ -117,8 +120,10 @@ pub(in crate::simulation) fn resolve_collisions(
         dirty.sort_unstable();
         dirty.dedup();
         let queue = edges_around(mesh, &dirty);
-        mesh.repair_from(queue)
+        let flips = mesh
+            .repair_from(queue)
             .map_err(|source| TectonicError::Repair { time_my: clock.time_my, source })?;
+        splits.note_flips(&flips, ground.plate);
         watch = dirty;
     }
     // Row = vertex: both tables swap-remove in the same order, from the back.
@@ -187,6 +192,16 @@ impl Judge<'_> {
         self.boundaries.motion(&self.plates, self.recipe.radius_km, end(a), end(b))
     }
 
+    /// Distances that count as contact are smaller where plates slide past each other.
+    fn relaxed(&self, motion: Motion) -> f64 {
+        let constants = &self.recipe.constants.collisions;
+        if motion.is_near_transform(constants.transform_share) {
+            constants.transform_factor
+        } else {
+            1.0
+        }
+    }
+
     /// Who goes under of two sub-plates on different plates, and who stays.
     fn victim(&self, ground: &Ground, a: u32, b: u32) -> Victim {
         let (u, v) = (a as usize, b as usize);
@@ -215,61 +230,60 @@ impl Judge<'_> {
     ) -> Vec<Victim> {
         let constants = &self.recipe.constants.collisions;
         let radius = self.recipe.radius_km;
-        let mut triangles: Vec<u32> = watch
-            .iter()
-            .filter(|&&v| !mesh.is_detached(v))
-            .flat_map(|&v| mesh.outgoing(v).collect::<Vec<_>>())
-            .map(|h| h.min(mesh.next(h)).min(mesh.prev(h)))
-            .collect();
+        let mut triangles: Vec<u32> = Vec::new();
+        for &v in watch {
+            if mesh.is_detached(v) {
+                continue;
+            }
+            for h in mesh.outgoing(v) {
+                let [a, b, c] = mesh.triangle_vertices(h).map(|v| ground.plate[v as usize]);
+                if a != b || b != c {
+                    triangles.push(h.min(mesh.next(h)).min(mesh.prev(h)));
+                }
+            }
+        }
         triangles.sort_unstable();
         triangles.dedup();
 
+        let spacing =
+            |u: u32, v: u32| (0.5 * (ground.area[u as usize].0 + ground.area[v as usize].0)).sqrt();
+        // Motion is dear: it is asked for only where the distance could decide.
+        let closes_on = |a: u32, b: u32, near: f64, limit: f64| {
+            near < limit && {
+                let motion = self.motion(mesh, ground.plate, a, b);
+                motion.opening < 0.0 && near < limit * self.relaxed(motion)
+            }
+        };
         let mut victims: Vec<(f64, Victim)> = Vec::new();
         for h in triangles {
             let corners = mesh.triangle_vertices(h);
             let plate = corners.map(|v| ground.plate[v as usize]);
-            if plate[0] == plate[1] && plate[1] == plate[2] {
-                continue;
-            }
             let inverted = mesh.is_inverted(h);
             for i in 0..3 {
                 let [a, b, c] = [corners[i], corners[(i + 1) % 3], corners[(i + 2) % 3]];
-                let spacing = |u: u32, v: u32| {
-                    (0.5 * (ground.area[u as usize].0 + ground.area[v as usize].0)).sqrt()
-                };
-                if plate[i] != plate[(i + 1) % 3] {
-                    let motion = self.motion(mesh, ground.plate, a, b);
-                    let relaxed = if motion.is_near_transform(constants.transform_share) {
-                        constants.transform_factor
-                    } else {
-                        1.0
-                    };
-                    let near = mesh.site(a).distance(mesh.site(b)) * radius / spacing(a, b);
-                    let closing = motion.opening < 0.0 && near < constants.edge * relaxed;
-                    if inverted || closing || near < constants.edge_always * relaxed {
-                        victims.push((near, self.victim(ground, a, b)));
-                    }
+                if plate[i] == plate[(i + 1) % 3] {
+                    continue;
+                }
+                let near = mesh.site(a).distance(mesh.site(b)) * radius / spacing(a, b);
+                let crushed = near < constants.edge_always
+                    && near < constants.edge_always * self.relaxed(self.motion(mesh, ground.plate, a, b));
+                if inverted || crushed || closes_on(a, b, near, constants.edge) {
+                    victims.push((near, self.victim(ground, a, b)));
                 }
                 // A vertex that heads for the middle of an edge never comes close to its ends.
-                let odd = plate[i] != plate[(i + 1) % 3] && plate[i] != plate[(i + 2) % 3];
-                if odd {
-                    let (p, q, r) = (mesh.site(a), mesh.site(b), mesh.site(c));
-                    let side = r - q;
-                    let along = (p - q).dot(side) / side.length_squared();
-                    if !(0.0..=1.0).contains(&along) {
-                        continue;
-                    }
-                    let near_end = if along < 0.5 { b } else { c };
-                    let motion = self.motion(mesh, ground.plate, a, near_end);
-                    let relaxed = if motion.is_near_transform(constants.transform_share) {
-                        constants.transform_factor
-                    } else {
-                        1.0
-                    };
-                    let height = (p - (q + side * along)).length() * radius / spacing(a, near_end);
-                    if motion.opening < 0.0 && height < constants.height * relaxed {
-                        victims.push((height, self.victim(ground, a, near_end)));
-                    }
+                if plate[i] == plate[(i + 2) % 3] {
+                    continue;
+                }
+                let (p, q, r) = (mesh.site(a), mesh.site(b), mesh.site(c));
+                let side = r - q;
+                let along = (p - q).dot(side) / side.length_squared();
+                if !(0.0..=1.0).contains(&along) {
+                    continue;
+                }
+                let near_end = if along < 0.5 { b } else { c };
+                let height = (p - (q + side * along)).length() * radius / spacing(a, near_end);
+                if closes_on(a, near_end, height, constants.height) {
+                    victims.push((height, self.victim(ground, a, near_end)));
                 }
             }
         }

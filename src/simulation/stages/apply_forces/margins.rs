@@ -197,18 +197,22 @@ impl Margin {
         step: f64,
     ) {
         struct Spring {
-            ends: [u32; 2],
+            /// Places in the margin, where the ends belong to it.
+            ends: [Option<usize>; 2],
+            along: DVec3,
             rest: f64,
         }
         let constants = &recipe.constants.margins;
         let flow = 1.0 - libm::exp(-step / constants.flow);
-        let mut edges: Vec<u32> = self
-            .vertices
-            .iter()
-            .flat_map(|&v| mesh.outgoing(v).map(|h| h / 2).collect::<Vec<_>>())
-            .collect();
-        edges.sort_unstable();
-        edges.dedup();
+        // Each edge once: by its origin where that lies in the margin, else by its other end.
+        let mut edges: Vec<u32> = Vec::with_capacity(4 * self.vertices.len());
+        for &v in &self.vertices {
+            edges.extend(
+                mesh.outgoing(v)
+                    .filter(|&h| h % 2 == 0 || self.place(mesh.dest(h)).is_none())
+                    .map(|h| h / 2),
+            );
+        }
         let mut springs = Vec::with_capacity(2 * edges.len());
         for edge in edges {
             let (u, v) = mesh.endpoints(edge);
@@ -226,25 +230,23 @@ impl Margin {
                 *rest = (old + (length - old) * flow) as f32;
                 Some(f64::from(*rest))
             };
-            if let Some(rest) = settle(&mut state.rest, lengths[0]) {
-                springs.push(Spring { ends: [u, v], rest });
-            }
-            if let Some(rest) = settle(&mut state.cross_rest, lengths[1]) {
-                springs.push(Spring { ends: across, rest });
+            let rests = [settle(&mut state.rest, lengths[0]), settle(&mut state.cross_rest, lengths[1])];
+            for (ends, rest) in [[u, v], across].into_iter().zip(rests) {
+                springs.extend(rest.map(|rest| Spring {
+                    ends: ends.map(|v| self.place(v)),
+                    along: mesh.site(ends[1]) - mesh.site(ends[0]),
+                    rest,
+                }));
             }
         }
         for _ in 0..PASSES {
             for spring in &springs {
-                let [a, b] = spring.ends;
-                let (i, j) = (self.place(a), self.place(b));
+                let [i, j] = spring.ends;
                 let free = f64::from(u8::from(i.is_some()) + u8::from(j.is_some()));
-                if free == 0.0 {
-                    continue;
-                }
-                let at = |v: u32, i: Option<usize>| mesh.site(v) + i.map_or(DVec3::ZERO, |i| shift[i]);
-                let along = at(b, j) - at(a, i);
+                let shift_of = |i: Option<usize>| i.map_or(DVec3::ZERO, |i| shift[i]);
+                let along = spring.along + shift_of(j) - shift_of(i);
                 let length = along.length();
-                if length < 1e-9 {
+                if free == 0.0 || length < 1e-9 {
                     continue;
                 }
                 let excess = length - spring.rest;

@@ -19,6 +19,7 @@ use super::super::super::{
     recipe::Recipe,
     sub_plate::{Created, Crust, MaterialArea, PlateId, Slab, SubPlate},
     topology::Topology,
+    workers::Workers,
 };
 use bevy::prelude::*;
 use glam::{DMat3, DVec3};
@@ -41,6 +42,7 @@ const SPIN_DRAG: f64 = 0.02;
 pub(in crate::simulation) fn balance_torques(
     recipe: Res<Recipe>,
     clock: Res<Clock>,
+    workers: Res<Workers>,
     boundaries: Res<Boundaries>,
     contacts: Res<Contacts>,
     topology: Res<Topology>,
@@ -55,7 +57,7 @@ pub(in crate::simulation) fn balance_torques(
 
     let count = table.rows().len();
     let mut system = System::new(count);
-    for (i, drag) in drag_tensors(&recipe, mesh.sites(), plate, crust, area, &table).into_iter().enumerate() {
+    for (i, drag) in drag_tensors(&workers, &recipe, mesh.sites(), plate, crust, area, &table).into_iter().enumerate() {
         let spin = SPIN_DRAG * (drag.x_axis.x + drag.y_axis.y + drag.z_axis.z);
         system.add(i, i, drag + DMat3::from_diagonal(DVec3::splat(spin.max(1.0))));
     }
@@ -135,6 +137,7 @@ fn drive(
 
 /// `Σ c a (I − r rᵀ)` of every plate.
 fn drag_tensors(
+    workers: &Workers,
     recipe: &Recipe,
     sites: &[DVec3],
     plate: &[PlateId],
@@ -144,20 +147,32 @@ fn drag_tensors(
 ) -> Vec<DMat3> {
     let constants = &recipe.constants.motion;
     // Per plate: Σ w, then the six distinct entries of Σ w r rᵀ.
+    let parts = workers.map(plate.len(), |range| {
+        let mut sums = vec![[0.0_f64; 7]; table.rows().len()];
+        for v in range {
+            let Some(row) = table.row(plate[v]) else { continue };
+            let drag =
+                if crust[v].is_continental() { constants.continent_drag } else { constants.ocean_drag };
+            let (w, r) = (drag * area[v].0, sites[v]);
+            let sum = &mut sums[row];
+            sum[0] += w;
+            sum[1] += w * r.x * r.x;
+            sum[2] += w * r.y * r.y;
+            sum[3] += w * r.z * r.z;
+            sum[4] += w * r.x * r.y;
+            sum[5] += w * r.x * r.z;
+            sum[6] += w * r.y * r.z;
+        }
+        sums
+    });
+    // Added up in the order of the rows, whoever summed them.
     let mut sums = vec![[0.0_f64; 7]; table.rows().len()];
-    for v in 0..plate.len() {
-        let Some(row) = table.row(plate[v]) else { continue };
-        let drag =
-            if crust[v].is_continental() { constants.continent_drag } else { constants.ocean_drag };
-        let (w, r) = (drag * area[v].0, sites[v]);
-        let sum = &mut sums[row];
-        sum[0] += w;
-        sum[1] += w * r.x * r.x;
-        sum[2] += w * r.y * r.y;
-        sum[3] += w * r.z * r.z;
-        sum[4] += w * r.x * r.y;
-        sum[5] += w * r.x * r.z;
-        sum[6] += w * r.y * r.z;
+    for part in parts {
+        for (sum, part) in sums.iter_mut().zip(part) {
+            for (sum, part) in sum.iter_mut().zip(part) {
+                *sum += part;
+            }
+        }
     }
     sums.into_iter()
         .map(|[w, xx, yy, zz, xy, xz, yz]| {

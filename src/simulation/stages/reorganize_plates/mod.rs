@@ -18,6 +18,7 @@ use super::super::{
     streams,
     sub_plate::{MaterialArea, PlateId},
 };
+use crate::mesh::Flip;
 use bevy::prelude::*;
 use fastnoise_lite::{FastNoiseLite, FractalType, NoiseType};
 use glam::DVec3;
@@ -29,6 +30,26 @@ use rand_chacha::ChaCha8Rng;
 pub struct Splits {
     /// Set by whoever removes a connection; cleared once all plates are in one piece.
     pub suspected: bool,
+}
+
+impl Splits {
+    /// A flip that takes the last edge between two parts of a plate may have cut it.
+    pub(in crate::simulation) fn note_flips(&mut self, flips: &[Flip], plate: &[PlateId]) {
+        // Crust made in this step is not in the columns yet; it lies at a front, so suspect it.
+        let of = |v: u32| plate.get(v as usize).copied().unwrap_or_default();
+        self.suspected |= flips.iter().any(|flip| {
+            let [a, b] = flip.before.map(of);
+            a == b && flip.after.iter().all(|&v| of(v) != a)
+        });
+    }
+
+    /// A vertex whose plate does not lie in one run around it may have held that plate together.
+    pub(in crate::simulation) fn note_removal(&mut self, ring: &[u32], own: PlateId, plate: &[PlateId]) {
+        let own = |i: usize| plate[ring[i % ring.len()] as usize] == own;
+        let runs = (0..ring.len()).filter(|&i| own(i) && !own(i + 1)).count();
+        let whole = ring.is_empty() || (0..ring.len()).all(own);
+        self.suspected |= runs != 1 && !whole;
+    }
 }
 
 /// Area of each plate in km², in the order of the table.

@@ -1,0 +1,57 @@
+//! Threads of the simulation's own, so that a game's frame never waits for a step.
+
+use bevy::prelude::*;
+use bevy::tasks::{TaskPool, TaskPoolBuilder};
+use core::ops::Range;
+
+/// Rows of one piece of parallel work. Fixed, so that no result depends on the number of threads.
+const CHUNK: usize = 4096;
+
+/// Threads on which stages split their work; none by default.
+#[derive(Resource, Debug, Default)]
+pub struct Workers(Option<TaskPool>);
+
+impl Workers {
+    /// This many threads, the caller's own included.
+    #[must_use]
+    pub fn new(threads: usize) -> Self {
+        Self((threads > 1).then(|| {
+            TaskPoolBuilder::new()
+                .num_threads(threads - 1)
+                .thread_name("Tectonics".into())
+                .build()
+        }))
+    }
+
+    /// Maps fixed ranges of `0..count` and returns the results in their order.
+    pub fn map<T: Send + 'static>(
+        &self,
+        count: usize,
+        work: impl Fn(Range<usize>) -> T + Sync,
+    ) -> Vec<T> {
+        let ranges = (0..count.div_ceil(CHUNK)).map(|i| i * CHUNK..((i + 1) * CHUNK).min(count));
+        match &self.0 {
+            Some(pool) if count > CHUNK => pool.scope(|scope| {
+                for range in ranges {
+                    let work = &work;
+                    scope.spawn(async move { work(range) });
+                }
+            }),
+            _ => ranges.map(work).collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_come_in_order_on_any_number_of_threads() {
+        let sum = |range: Range<usize>| (range.start, range.map(|i| i as f64).sum::<f64>());
+        let one = Workers::default().map(100_000, sum);
+        let three = Workers::new(3).map(100_000, sum);
+        assert_eq!(one, three);
+        assert_eq!(one.len(), 25);
+    }
+}
