@@ -26,6 +26,35 @@ fn main() {
             s.ocean_age_mean_my, s.ocean_age_oldest_my, s.plates, s.largest_plate, s.speed_mean, s.speed_median, s.boundary_km/1e3, s.boundary_shares, s.continental_concentration,
             l.area_created_km2/h.time_my()/1e6, l.area_consumed_km2/h.time_my()/1e6, s.sea_level_m, l.booked_km3()/l.initial_km3, start.elapsed());
     }
+    if get(7, 0.0) > 0.0 {
+        let f = h.surface().unwrap();
+        let n = f.mesh.vertex_count();
+        let old: Vec<bool> = (0..n).map(|v| f.crust[v] == Crust::Oceanic && f.age[v] > get(7, 0.0) as f32).collect();
+        let mut seen = vec![false; n];
+        for s in 0..n {
+            if !old[s] || seen[s] { continue; }
+            let mut st = vec![s as u32]; seen[s] = true;
+            let (mut k, mut land, mut front, mut oldest, mut edges) = (0, 0, 0, 0f32, 0);
+            let mut plates = std::collections::BTreeSet::new();
+            while let Some(v) = st.pop() {
+                k += 1; oldest = oldest.max(f.age[v as usize]); plates.insert(f.plate[v as usize]);
+                let mut l = false; let mut fr = false;
+                for w in f.mesh.neighbours(v) {
+                    let w = w as usize;
+                    edges += 1;
+                    l |= f.crust[w] == Crust::Continental; fr |= f.plate[w] != f.plate[v as usize];
+                    if old[w] && !seen[w] { seen[w] = true; st.push(w as u32); }
+                }
+                land += l as u32; front += fr as u32;
+            }
+            let _ = edges;
+            let pl = *plates.iter().next().unwrap();
+            let size = (0..n).filter(|&v| f.plate[v] == pl).count();
+            let oce = (0..n).filter(|&v| f.plate[v] == pl && f.crust[v] == Crust::Oceanic).count();
+            let dir = f.mesh.site(s as u32);
+            println!("old piece: cells {k} beside land {land} at front {front} oldest {oldest:.0} plates {plates:?} of {size} cells, {oce} oceanic, lat {:.0} lon {:.0}", dir.z.asin().to_degrees(), dir.y.atan2(dir.x).to_degrees());
+        }
+    }
     println!("hash {:016x}", h.state_hash().unwrap());
     for (s, t) in h.stage_seconds() { println!("{s:20} {:.3}", t); }
 }

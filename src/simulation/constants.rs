@@ -139,9 +139,9 @@ constants! {
     RidgeConstants("ridges") {
         /// A boundary triangle whose circumradius exceeds this gets a new sub-plate. Decides the
         /// balance of crust made and consumed: 0.96 holds the number of sub-plates (study).
-        gap = 0.96 in 0.7..=1.4 "spacings",
+        gap = 0.94 in 0.7..=1.4 "spacings",
         /// Feedback of the number of sub-plates on that gap, so that their number stays.
-        feedback = 1.5 in 0.0..=10.0 "per relative excess",
+        feedback = 3.0 in 0.0..=10.0 "per relative excess",
         /// Smallest distance between two new sub-plates.
         apart = 0.6 in 0.3..=0.9 "spacings",
         /// The gap is this much wider where the motion is near transform.
@@ -283,7 +283,7 @@ constants! {
         /// Height gained per km of continental crust (Airy, with a mantle of 3,300 kg/m³).
         isostasy = 155.0 in 50.0..=400.0 "m/km",
         /// Thickness of continental crust whose surface lies at the reference level.
-        reference_thickness = 33.0 in 20.0..=50.0 "km",
+        reference_thickness = 35.0 in 20.0..=50.0 "km",
         /// Thickness of sediment on old sea floor.
         sediment_thickest = 450.0 in 0.0..=3000.0 "m",
         /// Sediment laid down on sea floor.
@@ -296,6 +296,14 @@ constants! {
         rise_width = 420.0 in 0.0..=2000.0 "km",
         /// Height of that wedge at the margin, once it is 60 My old (Earth: up to 2 km above the plain).
         rise_thickest = 1800.0 in 0.0..=5000.0 "m",
+        /// Age from which sediment builds old margins out into the sea.
+        margin_age = 115.0 in 0.0..=1000.0 "My",
+        /// Speed at which it does, 40 My later, where half of the neighbours are continent; it grows
+        /// with the square of the time. Embayments of old floor are buried, as the Gulf of Mexico and
+        /// the Caspian are, before they grow older than any sea floor on Earth.
+        margin_growth = 1.0 in 0.0..=50.0 "km/My",
+        /// Time in which sediment fills a basin on continental crust to its base level.
+        basin_time = 15.0 in 1.0..=500.0 "My",
         /// Time in which a margin relaxes to its shelf.
         shelf_time = 40.0 in 1.0..=500.0 "My",
     }
@@ -323,7 +331,7 @@ constants! {
         /// Number of plates around which the rate of rifting is balanced.
         plate_count = 14.0 in 2.0..=60.0 "plates",
         /// Sea floor older than this may start to founder (Earth's oldest: 180 My).
-        founder_age = 140.0 in 40.0..=500.0 "My",
+        founder_age = 130.0 in 40.0..=500.0 "My",
         /// Mean time until it does.
         founder_time = 15.0 in 1.0..=500.0 "My",
         /// Smallest reach of a new subduction zone's plate.

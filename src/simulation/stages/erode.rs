@@ -33,7 +33,7 @@ pub(in crate::simulation) fn erode(
     mut ledger: ResMut<Ledger>,
     sea: Res<Sea>,
     mut sub_plates: Query<
-        (&PlateId, &Crust, &mut Thickness, &MaterialArea, &Trench),
+        (&PlateId, &mut Crust, &mut Thickness, &MaterialArea, &Created, &Trench),
         With<SubPlate>,
     >,
 ) -> Result<(), TectonicError> {
@@ -41,7 +41,9 @@ pub(in crate::simulation) fn erode(
         return Ok(());
     };
     let mesh = &topology.0;
-    let (plate, crust, mut thickness, area, trench) = sub_plates.columns(mesh.vertex_count())?;
+    let (plate, mut crust, mut thickness, area, created, trench) =
+        sub_plates.columns(mesh.vertex_count())?;
+    let crust = crust.bypass_change_detection();
     let thickness = thickness.bypass_change_detection();
     let constants = &recipe.constants.erosion;
 
@@ -73,14 +75,71 @@ pub(in crate::simulation) fn erode(
     let lost = constants.lost * pool;
     let whole: f64 = room.iter().map(|(_, room)| room).sum();
     // A basin takes at most this share of its room, so that it does not fill in one tick.
-    let laid = (pool - lost).min(whole * (1.0 - libm::exp(-time / constants.shelf_time)));
+    let laid = (pool - lost).min(whole * (1.0 - libm::exp(-time / constants.basin_time)));
     if whole > 0.0 {
         for (v, room) in room {
             thickness[v].0 += laid * room / whole / area[v].0;
         }
     }
-    ledger.eroded_km3 += pool - if whole > 0.0 { laid } else { 0.0 };
+    let lost = pool - if whole > 0.0 { laid } else { 0.0 };
+    ledger.eroded_km3 += lost;
+    let mut margins = OldMargins { recipe: &recipe, mesh, plate, crust, thickness, area, created, trench };
+    margins.build_out(&mut ledger, clock.time_my, time, lost);
     Ok(())
+}
+
+/// Age after [`margin_age`](ErosionConstants::margin_age) at which margins grow at nominal speed, in My.
+const MARGIN_RIPE: f64 = 40.0;
+
+/// Sea floor beside continents that sediment may turn into continent.
+struct OldMargins<'a> {
+    recipe: &'a Recipe,
+    mesh: &'a SphereMesh<EdgeState>,
+    plate: &'a [PlateId],
+    crust: &'a mut [Crust],
+    thickness: &'a mut [Thickness],
+    area: &'a [MaterialArea],
+    created: &'a [Created],
+    trench: &'a [Trench],
+}
+
+impl OldMargins<'_> {
+    /// Lays what rivers carry to the sea on the oldest floor beside the land. What has grown as thick
+    /// as an arc is continent.
+    fn build_out(&mut self, ledger: &mut Ledger, now: f64, time: f64, mut sediment: f64) {
+        let constants = &self.recipe.constants.erosion;
+        let target = self.recipe.constants.uplift.arc_accretion;
+        let missing = target - self.recipe.constants.ridges.oceanic_thickness;
+        let mut grown = Vec::new();
+        for v in 0..self.crust.len() {
+            let ripe = (now - f64::from(self.created[v].0) - constants.margin_age) / MARGIN_RIPE;
+            if self.crust[v].is_continental() || ripe <= 0.0 || self.trench[v].0 > 0.0 {
+                continue;
+            }
+            let (mut land, mut degree) = (0.0, 0.0);
+            for w in self.mesh.neighbours(v as u32).map(|w| w as usize) {
+                degree += 1.0;
+                land += f64::from(u8::from(
+                    self.crust[w].is_continental() && self.plate[w] == self.plate[v],
+                ));
+            }
+            if land == 0.0 {
+                continue;
+            }
+            let speed = constants.margin_growth * ripe * ripe * 2.0 * land / degree;
+            let rate = missing * speed / self.recipe.spacing_km();
+            let layer = (rate * time).min(missing).min(sediment / self.area[v].0);
+            self.thickness[v].0 += layer;
+            sediment -= layer * self.area[v].0;
+            if self.thickness[v].0 >= target {
+                grown.push(v);
+            }
+        }
+        for v in grown {
+            self.crust[v] = Crust::Continental;
+            ledger.accreted_km3 += self.thickness[v].0 * self.area[v].0;
+        }
+    }
 }
 
 /// How far each continental sub-plate lies from the edge of its crust.

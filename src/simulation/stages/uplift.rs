@@ -93,7 +93,9 @@ pub(in crate::simulation) fn uplift(
         .sum();
     let growth = volume / ledger.initial_km3.max(1.0) - 1.0;
     let vigour = (1.0 - constants.arc_feedback * growth).clamp(0.0, 2.0);
-    let sources: Vec<(u32, f64)> = arcs.iter().map(|&(v, ..)| (v, 0.0)).collect();
+    // The trench runs half a cell in front of the overriding front.
+    let half = 0.5 * recipe.spacing_km();
+    let sources: Vec<(u32, f64)> = arcs.iter().map(|&(v, ..)| (v, half)).collect();
     let behind = reach(mesh, recipe.radius_km, &sources, constants.arc_reach, |_| true);
     for (v, distance, source) in behind.found {
         let (front, speed, slip) = arcs[source as usize];

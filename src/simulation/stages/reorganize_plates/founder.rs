@@ -23,15 +23,17 @@ const MARGIN_BONUS: f64 = 40.0;
 /// An existing boundary counts against a new one.
 const BOUNDARY_MALUS: f64 = 60.0;
 /// Places that are tried before the attempt is put off.
-const TRIES: usize = 5;
+const TRIES: usize = 8;
 /// Share of old floor at which the rate is nominal, and by how much it can grow.
 const OLD_SHARE: f64 = 0.01;
 const MOST_URGENT: f64 = 3.0;
+/// Age beyond the first at which any floor founders at the nominal rate, in My.
+const OVERDUE: f64 = 40.0;
 /// Slab that a new trench starts with where the floor is old, in km. It must overcome the friction
 /// of a front that does not move yet.
 const FIRST_SLAB: f32 = 600.0;
 /// Smallest new plate in sphere shares.
-const SMALLEST: f64 = 0.004;
+const SMALLEST: f64 = 0.003;
 
 /// Lets the oldest sea floor founder, at most one place at a time.
 pub(in crate::simulation) fn founder(
@@ -78,7 +80,10 @@ pub(in crate::simulation) fn founder(
         }
         candidates.push((score, v));
     }
-    let urgency = (old_area / sphere / OLD_SHARE).min(MOST_URGENT);
+    // Much old floor, or a little that is very old.
+    let oldest = candidates.iter().map(|&(_, v)| age(v)).fold(0.0, f64::max);
+    let overdue = (oldest - constants.founder_age) / OVERDUE;
+    let urgency = (old_area / sphere / OLD_SHARE).max(overdue).min(MOST_URGENT);
     let mut rng = streams::stream(recipe.seed, Purpose::Foundering, clock.steps, 0);
     let chance = 1.0 - libm::exp(-time / constants.founder_time * urgency);
     if candidates.is_empty() || streams::unit(&mut rng) >= chance {
