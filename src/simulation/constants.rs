@@ -165,12 +165,12 @@ constants! {
         /// Basal drag of oceanic lithosphere. The unit of all forces.
         ocean_drag = 1.0 in 0.1..=10.0 "per km² and km/My",
         /// Basal drag of continents, whose roots reach deeper.
-        continent_drag = 2.0 in 0.1..=20.0 "per km² and km/My",
+        continent_drag = 1.5 in 0.1..=20.0 "per km² and km/My",
         /// Pull of a full slab of 80 My on its plate, per km of trench (study; Yggdrasill's 5e-8 m/yr²
         /// acts on single vertices and dilutes as the mesh is refined).
         slab_pull = 8.0e5 in 0.0..=1.0e7 "per km",
         /// Suction of the same slab on the overriding plate.
-        slab_suction = 2.5e5 in 0.0..=1.0e7 "per km",
+        slab_suction = 3.0e5 in 0.0..=1.0e7 "per km",
         /// Length of slab that pulls with full force.
         slab_full = 300.0 in 50.0..=2000.0 "km",
         /// Longest slab that is remembered.
@@ -188,7 +188,7 @@ constants! {
         /// Friction along every front, and across trenches.
         friction = 2000.0 in 0.0..=1.0e5 "per km and km/My",
         /// Resistance of continental collision. A tenth loses continents, ten times makes shards (study).
-        collision = 3.0e4 in 0.0..=1.0e6 "per km and km/My",
+        collision = 2.2e4 in 0.0..=1.0e6 "per km and km/My",
         /// Interpenetration at which the resistance has grown by its own size.
         collision_length = 300.0 in 50.0..=2000.0 "km",
         /// Time in which a plate takes up a new balance. 10 My leaves old floor, 50 My sluggish plates.
@@ -209,6 +209,9 @@ constants! {
         compressed_ratio = 2.0 in 0.1..=20.0 "times",
         /// Time in which rest lengths follow a lasting deformation.
         flow = 10.0 in 0.5..=500.0 "My",
+        /// Strain at which springs yield: the rest length follows the length at once beyond it.
+        /// Crust stores little strain; what exceeds a few per cent is flow.
+        yield_strain = 0.03 in 0.001..=0.5 "",
         /// Share of the closing speed of continents that their margins take up by shortening.
         shortening = 0.5 in 0.0..=0.9 "of the closing speed",
         /// Time in which a deviation from rigid motion dies out at rigidity 0.
@@ -220,7 +223,7 @@ constants! {
     /// Arcs, trenches, plateaus.
     UpliftConstants("uplift") {
         /// Magma of an arc at 60 km/My of convergence, per km of trench.
-        arc_flux = 45.0 in 0.0..=500.0 "km³/km/My",
+        arc_flux = 58.0 in 0.0..=500.0 "km³/km/My",
         /// Distance of the arc's crest from the trench.
         arc_distance = 200.0 in 50.0..=800.0 "km",
         /// Distance at which arc magmatism ends.
@@ -232,9 +235,9 @@ constants! {
         /// Feedback of the continental volume on arc magmatism, so that continents neither grow nor shrink for ever.
         arc_feedback = 8.0 in 0.0..=50.0 "per relative excess",
         /// Depth of a trench below its plate at 40 km/My (Earth 2-4 km at this resolution).
-        trench_depth = 1900.0 in 0.0..=6000.0 "m",
+        trench_depth = 2200.0 in 0.0..=6000.0 "m",
         /// Time in which a trench forms or fills.
-        trench_time = 4.0 in 0.5..=50.0 "My",
+        trench_time = 2.0 in 0.5..=50.0 "My",
         /// Crust thicker than this flows outwards (Tibet stands on 70 km).
         plateau_thickness = 55.0 in 40.0..=90.0 "km",
         /// Share of the excess that flows per My at a spacing of 226 km.
@@ -275,7 +278,7 @@ constants! {
         /// swing between 12 and 38 % (study).
         base_slope = 0.2 in 0.0..=2.0 "m/km",
         /// Base level at the crust's edge.
-        base_edge = 10.0 in -200.0..=500.0 "m",
+        base_edge = -10.0 in -200.0..=500.0 "m",
         /// Highest base level.
         base_highest = 300.0 in 0.0..=2000.0 "m",
         /// Share of eroded rock that is lost to the deep sea.
@@ -289,7 +292,7 @@ constants! {
         /// Sediment laid down on sea floor.
         sediment_rate = 3.0 in 0.0..=100.0 "m/My",
         /// Width of a passive margin's shelf (Earth 80 km on average, up to 400).
-        shelf_width = 260.0 in 0.0..=1000.0 "km",
+        shelf_width = 340.0 in 0.0..=1000.0 "km",
         /// Depth of a passive margin's edge.
         shelf_depth = 190.0 in 0.0..=1000.0 "m",
         /// Width of the wedge of sediment at the foot of a passive margin (Earth 100-500 km).

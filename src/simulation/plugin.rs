@@ -180,5 +180,6 @@ stage!(
         reorganize_plates::founder::founder.pipe(record_failure),
         reorganize_plates::basins::fill_basins.pipe(record_failure),
         reorganize_plates::splinters::absorb_splinters.pipe(record_failure),
+        motion::follow_plates.pipe(record_failure),
     ]
 );

@@ -9,6 +9,7 @@ use super::super::{
     error::TectonicError,
     plate::{Plate, PlateBorn, PlateTable, Rotation},
     recipe::Recipe,
+    stages::Splits,
     sub_plate::*,
     topology::Topology,
 };
@@ -111,6 +112,28 @@ pub(in crate::simulation) fn place_vertices(
         // Exact predicates need the unit vector in f64: rounding to f32 alone breaks hundreds of
         // edges of a correct half-million mesh.
         *site = position.0.as_dvec3().normalize();
+    }
+    Ok(())
+}
+
+/// Gives sub-plates that changed plates, or whose plate changed its motion, the velocity of their
+/// plate. Runs at the end of the step.
+pub(in crate::simulation) fn follow_plates(
+    recipe: Res<Recipe>,
+    mut splits: ResMut<Splits>,
+    topology: Res<Topology>,
+    plates: Query<(Entity, &Plate, &Rotation, &PlateBorn)>,
+    mut sub_plates: Query<(&PlateId, &Deviation, &mut Velocity), With<SubPlate>>,
+) -> Result<(), TectonicError> {
+    if !core::mem::take(&mut splits.regrouped) {
+        return Ok(());
+    }
+    let mesh = &topology.0;
+    let (plate, deviation, mut velocity) = sub_plates.columns(mesh.vertex_count())?;
+    let plates = PlateTable::gather(plates.iter());
+    for (v, velocity) in velocity.bypass_change_detection().iter_mut().enumerate() {
+        let rigid = plates.rotation(plate[v]).cross(mesh.site(v as u32)) * recipe.radius_km;
+        velocity.0 = (rigid + deviation[v].0.as_dvec3()).as_vec3();
     }
     Ok(())
 }

@@ -97,7 +97,7 @@ pub(super) fn populate(world: &mut World, recipe: &Recipe) -> Result<(), Tectoni
     world.insert_resource(Clock { fastest, ..default() });
     world.insert_resource(NextPlateId(recipe.plates as u16 + 1));
     world.insert_resource(Topology(mesh));
-    world.insert_resource(Splits { suspected: true });
+    world.insert_resource(Splits { suspected: true, regrouped: true });
     world.insert_resource(ledger);
     world.insert_resource(sea);
     Ok(())

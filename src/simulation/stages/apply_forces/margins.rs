@@ -227,7 +227,9 @@ impl Margin {
                     return None;
                 }
                 let old = if *rest > 0.0 { f64::from(*rest) } else { length };
-                *rest = (old + (length - old) * flow) as f32;
+                let relaxed = old + (length - old) * flow;
+                let (low, high) = (1.0 - constants.yield_strain, 1.0 + constants.yield_strain);
+                *rest = relaxed.clamp(length * low, length * high) as f32;
                 Some(f64::from(*rest))
             };
             let rests = [settle(&mut state.rest, lengths[0]), settle(&mut state.cross_rest, lengths[1])];

@@ -30,6 +30,8 @@ use rand_chacha::ChaCha8Rng;
 pub struct Splits {
     /// Set by whoever removes a connection; cleared once all plates are in one piece.
     pub suspected: bool,
+    /// Set when sub-plates changed plates or plates their motion; cleared once velocities follow.
+    pub regrouped: bool,
 }
 
 impl Splits {

@@ -142,6 +142,7 @@ pub(in crate::simulation) fn absorb_splinters(
         }
     }
     splits.suspected = false;
+    splits.regrouped = true;
     let areas = plate_areas(&table, plate, area);
     for (row, size) in table.rows().iter().zip(areas) {
         if size == 0.0 {
