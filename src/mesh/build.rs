@@ -4,10 +4,8 @@ use glam::DVec3;
 use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
 use thiserror::Error;
 
+use super::geometry::unit;
 use super::{Edge, EdgePayload, HalfEdge, NONE, RepairError, SphereMesh, Vertex};
-
-/// Largest deviation of a squared length from 1 at which a site counts as normalised.
-const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// Why sites have no triangulation.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -64,33 +62,35 @@ impl<E: EdgePayload> SphereMesh<E> {
         if sites.len() > (NONE / 6) as usize {
             return Err(BuildError::TooManySites(sites.len()));
         }
-        normalise(&mut sites)?;
+        for (i, site) in sites.iter_mut().enumerate() {
+            *site = unit(*site).ok_or(BuildError::NoDirection(i))?;
+        }
         let plane = triangulate_plane(&sites)?;
         let mut mesh = close_at_pole(sites, &plane);
         // Projection rounds; the exact predicate on the sphere has the last word.
         let queue = mesh.non_delaunay_edges(0..mesh.edge_slots());
         let blocked = mesh.lawson(queue, &mut Vec::new())?;
-        if mesh.triangles().any(|h| mesh.is_inverted(h)) {
+        let folded: Vec<HalfEdge> = mesh.triangles().filter(|&h| mesh.is_inverted(h)).collect();
+        if !folded.is_empty() && !mesh.surrounds_centre() {
             return Err(BuildError::NotAroundCentre);
         }
-        mesh.repair_from(blocked)?;
+        // Flips alone do not free a vertex that the rounding put into a fold.
+        let suspects = folded
+            .into_iter()
+            .map(|h| mesh.edge_of(h))
+            .chain(blocked)
+            .collect();
+        mesh.untangle(suspects, &mut Vec::new())?;
         mesh.renumber_edges();
         Ok(mesh)
     }
-}
 
-/// Makes the sites unit vectors.
-pub(super) fn normalise(sites: &mut [DVec3]) -> Result<(), BuildError> {
-    for (i, site) in sites.iter_mut().enumerate() {
-        let direction = *site / site.abs().max_element();
-        if !direction.is_finite() {
-            return Err(BuildError::NoDirection(i));
-        }
-        if (site.length_squared() - 1.0).abs() > ROUNDING {
-            *site = direction.normalize();
-        }
+    /// Whether the surface, folded or not, winds around the centre.
+    fn surrounds_centre(&self) -> bool {
+        let area: f64 = self.triangles().map(|h| self.triangle_area(h)).sum();
+        // 4π times the number of windings; half that if the centre lies on the surface.
+        area > 3.0 * std::f64::consts::PI
     }
-    Ok(())
 }
 
 /// Planar Delaunay triangulation of all sites but the first, seen from the first.
@@ -104,17 +104,17 @@ fn triangulate_plane(sites: &[DVec3]) -> Result<DelaunayTriangulation<Projected>
     for (&site, vertex) in sites.iter().zip(0..).skip(1) {
         // 1 - cos of the distance, without cancellation near the pole.
         let depth = 0.5 * site.distance_squared(pole);
-        if depth == 0.0 {
+        let position = Point2::new(planar(site.dot(u) / depth), planar(site.dot(v) / depth));
+        if spade::validate_vertex(&position).is_err() {
             return Err(BuildError::Duplicate(0, vertex as usize));
         }
-        let position = Point2::new(planar(site.dot(u) / depth), planar(site.dot(v) / depth));
         projected.push(Projected { vertex, position });
     }
-    let expected = projected.len();
+    let positions: Vec<Point2<f64>> = projected.iter().map(HasPosition::position).collect();
     let plane = DelaunayTriangulation::<Projected>::bulk_load(projected)
         .map_err(|_| BuildError::NotAroundCentre)?;
-    if plane.num_vertices() < expected {
-        return Err(duplicate(sites));
+    if plane.num_vertices() < positions.len() {
+        return Err(duplicate(&positions));
     }
     if plane.num_inner_faces() == 0 {
         return Err(BuildError::NotAroundCentre);
@@ -124,24 +124,23 @@ fn triangulate_plane(sites: &[DVec3]) -> Result<DelaunayTriangulation<Projected>
 
 /// A coordinate in the range that the planar triangulation accepts.
 fn planar(x: f64) -> f64 {
-    if x.abs() < 1e-40 { 0.0 } else { x }
+    // Adding zero makes -0 equal +0 in every order.
+    if x.abs() < 1e-40 { 0.0 } else { x + 0.0 }
 }
 
-/// The closest pair among neighbours in lexicographic order, known to hold a duplicate.
-fn duplicate(sites: &[DVec3]) -> BuildError {
-    let mut order: Vec<usize> = (0..sites.len()).collect();
+/// Two vertices, from 1 on, at the same one of the positions, which are known not to be distinct.
+fn duplicate(positions: &[Point2<f64>]) -> BuildError {
+    let mut order: Vec<usize> = (0..positions.len()).collect();
     order.sort_by(|&i, &j| {
-        let (a, b) = (sites[i], sites[j]);
-        a.x.total_cmp(&b.x)
-            .then(a.y.total_cmp(&b.y))
-            .then(a.z.total_cmp(&b.z))
+        let (p, q) = (positions[i], positions[j]);
+        p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y))
     });
-    let distance = |pair: &[usize]| sites[pair[0]].distance_squared(sites[pair[1]]);
     order
         .windows(2)
-        .min_by(|p, q| distance(p).total_cmp(&distance(q)))
+        .find(|pair| positions[pair[0]] == positions[pair[1]])
+        // The sort is stable: the smaller number comes first.
         .map_or(BuildError::NotAroundCentre, |pair| {
-            BuildError::Duplicate(pair[0].min(pair[1]), pair[0].max(pair[1]))
+            BuildError::Duplicate(pair[0] + 1, pair[1] + 1)
         })
 }
 

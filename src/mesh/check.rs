@@ -33,6 +33,9 @@ pub enum MeshFault {
     /// A triangle is clockwise seen from outside, or flat.
     #[error("the triangle of vertices {0:?} is inverted")]
     Inverted([Vertex; 3]),
+    /// The triangle lies over another one: the mesh winds around the sphere more than once.
+    #[error("the triangle of vertices {0:?} overlaps another one")]
+    Overlap([Vertex; 3]),
     /// An edge is not locally Delaunay.
     #[error("edge {edge} between vertices {vertices:?} is not Delaunay")]
     NotDelaunay {
@@ -45,7 +48,7 @@ pub enum MeshFault {
 
 impl<E: EdgePayload> SphereMesh<E> {
     /// Verifies that the mesh is the Delaunay triangulation of its sites: unit sites, consistent
-    /// links, a simple triangulated sphere, no inverted triangle, every edge locally Delaunay.
+    /// links, a simple triangulated sphere, no inverted triangle, the sphere covered once, every edge locally Delaunay.
     ///
     /// # Errors
     ///
@@ -59,9 +62,11 @@ impl<E: EdgePayload> SphereMesh<E> {
         if edges + 6 != 3 * vertices {
             return Err(MeshFault::Euler { vertices, edges });
         }
-        match self.triangles().find(|&h| self.is_inverted(h)) {
-            Some(h) => return Err(MeshFault::Inverted(self.triangle_vertices(h))),
-            None => {}
+        if let Some(h) = self.triangles().find(|&h| self.is_inverted(h)) {
+            return Err(MeshFault::Inverted(self.triangle_vertices(h)));
+        }
+        if let Some(h) = self.first_overlap() {
+            return Err(MeshFault::Overlap(self.triangle_vertices(h)));
         }
         match self.edges().find(|&e| !self.is_locally_delaunay(e)) {
             Some(edge) => Err(MeshFault::NotDelaunay {
@@ -133,5 +138,23 @@ impl<E: EdgePayload> SphereMesh<E> {
             return Err(MeshFault::Link(stray.unwrap_or(0)));
         }
         Ok(())
+    }
+
+    /// A triangle that overlaps another one, if the mesh, which has no inverted triangles, winds
+    /// around the sphere more than once.
+    ///
+    /// It then covers all points equally often: as often as one within some triangle.
+    pub(super) fn first_overlap(&self) -> Option<HalfEdge> {
+        let middle = |h: HalfEdge| {
+            let [a, b, c] = self.triangle_sites(h);
+            (a + b + c) / 3.0
+        };
+        // Rounding may put the middle of a thin triangle outside.
+        let (inner, point) = self
+            .triangles()
+            .map(|h| (h, middle(h)))
+            .find(|(h, middle)| self.encloses(*h, middle))?;
+        self.triangles()
+            .find(|&h| h != inner && self.contains(h, &point))
     }
 }

@@ -3,7 +3,11 @@
 use glam::DVec3;
 use thiserror::Error;
 
+use super::geometry::unit;
 use super::{Edge, EdgePayload, Flip, HalfEdge, NONE, RepairError, SphereMesh, Vertex};
+
+/// Squared distance up to which two sites are the same to within rounding.
+const COINCIDENT: f64 = 1e-30;
 
 /// Why a site could not be inserted.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -11,7 +15,7 @@ pub enum EditError {
     /// The site is not a finite vector of positive length.
     #[error("site {0} has no direction")]
     NoDirection(DVec3),
-    /// The site is that of an existing vertex.
+    /// The site is that of an existing vertex, to within rounding.
     #[error("the site is already vertex {0}")]
     Duplicate(Vertex),
     /// The mesh around the new vertex cannot be made Delaunay.
@@ -33,13 +37,13 @@ impl<E: EdgePayload> SphereMesh<E> {
         let (a, b) = (self.origin(h), self.dest(h));
         let (b_left, left_a) = (self.next(h), self.prev(h));
         let (a_right, right_b) = (self.next(twin), self.prev(twin));
-        self.origin[h as usize] = right;
-        self.origin[twin as usize] = left;
+        self.set_endpoints(h, right, left);
         self.link_triangle(h, left_a, a_right);
         self.link_triangle(twin, right_b, b_left);
         self.vertex_edge[a as usize] = a_right;
         self.vertex_edge[b as usize] = b_left;
-        self.payload[h as usize / 2].flipped();
+        let e = self.edge_of(h);
+        self.payload_mut(e).flipped();
         true
     }
 
@@ -83,11 +87,10 @@ impl<E: EdgePayload> SphereMesh<E> {
     /// [`EditError::NoDirection`] and [`EditError::Duplicate`] leave the mesh unchanged. After
     /// [`EditError::Repair`] the vertex is in the mesh, which is not Delaunay.
     pub fn insert(&mut self, site: DVec3, hint: Vertex) -> Result<(Vertex, Vec<Flip>), EditError> {
-        let mut unit = [site];
-        super::build::normalise(&mut unit).map_err(|_| EditError::NoDirection(site))?;
-        let [site] = unit;
+        let site = unit(site).ok_or(EditError::NoDirection(site))?;
         let location = self.locate(site, hint);
-        if let Some(&twin) = location.vertices.iter().find(|&&v| self.site(v) == site) {
+        let coincides = |v: &&Vertex| self.site(**v).distance_squared(site) <= COINCIDENT;
+        if let Some(&twin) = location.vertices.iter().find(coincides) {
             return Err(EditError::Duplicate(twin));
         }
         // A site on an edge makes a flat triangle, whose long side is not Delaunay and flips.
@@ -105,6 +108,9 @@ impl<E: EdgePayload> SphereMesh<E> {
         let twin = self.twin(h);
         let (removed, kept) = (self.origin(h), self.dest(h));
         let moved: Vec<HalfEdge> = self.outgoing(removed).collect();
+        // If three triangles meet at the removed vertex, `left_old` and `right_old` bound the same
+        // one, and the assignments below pass the links on from the one to the other.
+        //
         // The sides at the kept vertex take the place of the sides at the removed one.
         let (left_new, left_old) = (self.next(h), self.twin(self.prev(h)));
         let (right_new, right_old) = (self.prev(twin), self.twin(self.next(twin)));
@@ -205,10 +211,8 @@ impl<E: EdgePayload> SphereMesh<E> {
     pub(super) fn attach(&mut self, v: Vertex, h: HalfEdge, spokes: [HalfEdge; 3]) {
         let sides = [h, self.next(h), self.prev(h)];
         let corners = self.triangle_vertices(h);
-        for i in 0..3 {
-            self.origin[spokes[i] as usize] = v;
-            let back = self.twin(spokes[i]) as usize;
-            self.origin[back] = corners[i];
+        for (spoke, corner) in spokes.into_iter().zip(corners) {
+            self.set_endpoints(spoke, v, corner);
         }
         for i in 0..3 {
             self.link_triangle(spokes[i], sides[i], self.twin(spokes[(i + 1) % 3]));
@@ -217,7 +221,7 @@ impl<E: EdgePayload> SphereMesh<E> {
     }
 
     /// Takes vertex `v` of degree three out of the mesh. Returns a side of the triangle it leaves
-    /// and the half-edges of its former edges that started at `v`, which are in limbo until
+    /// and the half-edges of its former edges that started at `v`, which are dead, but not free, until
     /// [`attach`](Self::attach) reuses them.
     pub(super) fn detach(&mut self, v: Vertex) -> (HalfEdge, [HalfEdge; 3]) {
         let first = self.vertex_edge[v as usize];
@@ -225,12 +229,15 @@ impl<E: EdgePayload> SphereMesh<E> {
         let third = self.twin(self.prev(second));
         let spokes = [first, second, third];
         let sides = spokes.map(|h| self.next(h));
-        for side in sides {
-            let corner = self.origin(side) as usize;
+        for (side, h) in sides.into_iter().zip(spokes) {
+            let corner = self.dest(h) as usize;
             self.vertex_edge[corner] = side;
         }
         self.link_triangle(sides[0], sides[1], sides[2]);
         self.vertex_edge[v as usize] = NONE;
+        for h in spokes {
+            self.set_endpoints(h, NONE, NONE);
+        }
         (sides[0], spokes)
     }
 
@@ -262,15 +269,19 @@ impl<E: EdgePayload> SphereMesh<E> {
             self.payload.push(E::default());
             (self.payload.len() - 1) as Edge
         });
-        self.origin[2 * e as usize] = a;
-        self.origin[2 * e as usize + 1] = b;
+        self.set_endpoints(2 * e, a, b);
         2 * e
     }
 
+    fn set_endpoints(&mut self, h: HalfEdge, origin: Vertex, dest: Vertex) {
+        self.origin[h as usize] = origin;
+        self.origin[h as usize ^ 1] = dest;
+    }
+
     fn kill_edge(&mut self, e: Edge) {
-        for h in [2 * e as usize, 2 * e as usize + 1] {
-            self.origin[h] = NONE;
-            self.next[h] = NONE;
+        self.set_endpoints(2 * e, NONE, NONE);
+        for h in [2 * e, 2 * e + 1] {
+            self.next[h as usize] = NONE;
         }
         self.payload[e as usize] = E::default();
         self.free.push(e);

@@ -4,6 +4,20 @@ use glam::DVec3;
 
 use super::{EdgePayload, HalfEdge, SphereMesh, Vertex};
 
+/// Largest deviation of a squared length from 1 at which a vector counts as normalised.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
+
+/// The unit vector along `vector`, which is kept bit for bit if its length is 1 to within rounding;
+/// `None` if it is not finite, or zero.
+pub(super) fn unit(vector: DVec3) -> Option<DVec3> {
+    if (vector.length_squared() - 1.0).abs() <= ROUNDING {
+        return Some(vector);
+    }
+    // Scaled first, the square of no length over- or underflows.
+    let direction = vector / vector.abs().max_element();
+    direction.is_finite().then(|| direction.normalize())
+}
+
 /// Signed area of a spherical triangle in steradians (Van Oosterom & Strackee 1983).
 fn spherical_area(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     // Differences keep the triple product accurate for small triangles.

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::predicates::orientation;
+use super::geometry::unit;
 use super::{EdgePayload, HalfEdge, SphereMesh, Vertex};
 
 /// A point within a triangle.
@@ -23,7 +23,7 @@ impl<E: EdgePayload> SphereMesh<E> {
     /// Walks from triangle to triangle, starting at vertex `hint`; any will do, one nearby is
     /// fastest. Directions on an edge or vertex belong to one of the triangles there.
     pub fn locate(&self, direction: DVec3, hint: Vertex) -> Location {
-        let direction = direction.normalize();
+        let direction = unit(direction).unwrap_or(direction);
         let h = self
             .walk(direction, self.start_at(hint))
             .unwrap_or_else(|| self.search(direction));
@@ -47,7 +47,7 @@ impl<E: EdgePayload> SphereMesh<E> {
     ///
     /// Walks from vertex to vertex, starting at `hint`; exact on a Delaunay mesh.
     pub fn nearest(&self, direction: DVec3, hint: Vertex) -> Vertex {
-        let direction = direction.normalize();
+        let direction = unit(direction).unwrap_or(direction);
         // Differences discriminate close sites that dot products no longer do.
         let distance = |v: Vertex| self.site(v).distance_squared(direction);
         let start = self.origin(self.start_at(hint));
@@ -78,17 +78,19 @@ impl<E: EdgePayload> SphereMesh<E> {
     /// on its far side. `None` if it gets lost, as it may where the mesh is not Delaunay.
     fn walk(&self, direction: DVec3, start: HalfEdge) -> Option<HalfEdge> {
         let mut entry = start;
-        if self.is_beyond(start, direction) {
+        if self.is_beyond(start, &direction) {
             entry = self.twin(start);
         }
         for _ in 0..self.step_limit() {
             let (next, prev) = (self.next(entry), self.prev(entry));
-            entry = if self.is_beyond(next, direction) {
+            entry = if self.is_beyond(next, &direction) {
                 self.twin(next)
-            } else if self.is_beyond(prev, direction) {
+            } else if self.is_beyond(prev, &direction) {
                 self.twin(prev)
             } else {
-                return self.contains(entry, direction).then_some(entry);
+                // An inverted triangle passes the tests for directions opposite to it.
+                let found = !self.is_inverted(entry) && self.contains(entry, &direction);
+                return found.then_some(entry);
             };
         }
         None
@@ -99,23 +101,11 @@ impl<E: EdgePayload> SphereMesh<E> {
         64 + 16 * (self.vertex_count() as f64).sqrt() as usize
     }
 
-    /// Tries all triangles. Some triangle contains the direction, as the mesh covers the sphere.
+    /// Tries all triangles. Some triangle contains the direction, as the mesh covers the sphere: where
+    /// it is folded, those that are not inverted outnumber the inverted ones by one.
     fn search(&self, direction: DVec3) -> HalfEdge {
         self.triangles()
-            .find(|&h| !self.is_inverted(h) && self.contains(h, direction))
-            .or_else(|| self.triangles().find(|&h| self.contains(h, direction)))
+            .find(|&h| !self.is_inverted(h) && self.contains(h, &direction))
             .unwrap_or_else(|| self.start_at(self.nearest(direction, 0)))
-    }
-
-    fn contains(&self, h: HalfEdge, direction: DVec3) -> bool {
-        [h, self.next(h), self.prev(h)]
-            .into_iter()
-            .all(|side| !self.is_beyond(side, direction))
-    }
-
-    /// Whether the direction is right of `h`, seen from its origin; exact.
-    fn is_beyond(&self, h: HalfEdge, direction: DVec3) -> bool {
-        let (a, b) = (self.site(self.origin(h)), self.site(self.dest(h)));
-        orientation(a, b, direction) < 0.0
     }
 }

@@ -35,6 +35,7 @@ mod geometry;
 mod locate;
 mod order;
 mod predicates;
+mod rebuild;
 mod repair;
 mod sliver;
 mod topology;

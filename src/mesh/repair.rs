@@ -38,7 +38,7 @@ pub enum RepairError {
 /// Flips allowed per edge of the mesh in one repair.
 const FLIPS_PER_EDGE: usize = 64;
 
-/// Times a repair may reinsert vertices, beyond one in sixteen of all.
+/// Times a repair may reinsert vertices, beyond one in sixteen of all, before it starts anew.
 const REINSERTIONS: usize = 64;
 
 impl<E: EdgePayload> SphereMesh<E> {
@@ -56,37 +56,66 @@ impl<E: EdgePayload> SphereMesh<E> {
     ///
     /// A vertex that flips cannot free from a fold is taken out and inserted where it lies. Its edges
     /// keep their numbers, are notified as flipped and recorded like flips, so that the record
-    /// always tells every edge that changed its endpoints.
+    /// always tells every edge that changed its endpoints. If too many vertices are folded, the sites
+    /// are triangulated anew, with such a record for every edge that is not found again.
     ///
     /// # Errors
     ///
-    /// [`RepairError`] if the sites moved so far, or coincide so, that this fails. The mesh is then
+    /// [`RepairError`] if the sites coincide, or do not surround the centre. The mesh is then
     /// still a triangulated surface, but not Delaunay.
     pub fn repair_from(&mut self, queue: Vec<Edge>) -> Result<Vec<Flip>, RepairError> {
         let mut flips = Vec::new();
+        if let Err(error) = self.untangle(queue, &mut flips) {
+            if !self.rebuild(&mut flips) {
+                return Err(error);
+            }
+            // Construction normalises sites; as they are, they may differ by some close calls.
+            let queue = self.non_delaunay_edges(0..self.edge_slots());
+            self.untangle(queue, &mut flips)?;
+        }
+        Ok(flips)
+    }
+
+    /// Flips and reinserts, starting from the given edges, until the mesh is Delaunay.
+    pub(super) fn untangle(
+        &mut self,
+        mut queue: Vec<Edge>,
+        flips: &mut Vec<Flip>,
+    ) -> Result<(), RepairError> {
+        let mut folded = self.first_inverted(&queue).is_some();
         let mut suspects = queue.clone();
-        let mut queue = queue;
-        let mut reinsertions = REINSERTIONS + self.vertex_count() / 16;
+        let allowed = REINSERTIONS + self.vertex_count() / 16;
+        let mut reinsertions = 0;
         loop {
             let recorded = flips.len();
-            let blocked = self.lawson(queue, &mut flips)?;
+            let blocked = self.lawson(queue, flips)?;
             suspects.extend(flips[recorded..].iter().map(|flip| flip.edge));
-            let tangle = match blocked.first() {
-                Some(&e) => { let (a, b) = self.endpoints(e); vec![a, b] }
-                None => match self.first_inverted(&suspects) {
-                    Some(h) => self.triangle_vertices(h).to_vec(),
-                    None => return Ok(flips),
-                },
+            let tangle: Vec<Vertex> = if let Some(&e) = blocked.first() {
+                let (a, b) = self.endpoints(e);
+                vec![a, b]
+            } else if let Some(h) = self.first_inverted(&suspects) {
+                self.triangle_vertices(h).into()
+            } else if !folded {
+                return Ok(());
+            } else if let Some(h) = self.triangles().find(|&h| self.is_inverted(h)) {
+                // Where folds are many, one may be left with convex edges only.
+                self.triangle_vertices(h).into()
+            } else if let Some(h) = self.first_overlap() {
+                // Unfolded, the surface may still wind around the sphere more than once.
+                let vertex = self.origin(h);
+                return Err(RepairError::Tangled { vertex });
+            } else {
+                return Ok(());
             };
+            folded = true;
             let recorded = flips.len();
             queue = blocked;
             for vertex in tangle {
-                if reinsertions == 0 {
+                if reinsertions == allowed {
                     return Err(RepairError::Tangled { vertex });
                 }
-                reinsertions -= 1;
-                self.reinsert(vertex, &mut flips);
-                queue.extend(self.star_edges(vertex));
+                reinsertions += 1;
+                self.reinsert(vertex, flips, &mut queue);
             }
             for flip in &flips[recorded..] {
                 queue.extend(self.surrounding_edges(flip.edge));
@@ -159,8 +188,9 @@ impl<E: EdgePayload> SphereMesh<E> {
             .find(|&h| self.is_inverted(h))
     }
 
-    /// Takes `v` out of the mesh and inserts it into the triangle which it lies in.
-    fn reinsert(&mut self, v: Vertex, flips: &mut Vec<Flip>) {
+    /// Takes `v` out of the mesh and inserts it into the triangle which it lies in. Queues the edges
+    /// around both places.
+    fn reinsert(&mut self, v: Vertex, flips: &mut Vec<Flip>, queue: &mut Vec<Edge>) {
         while self.degree(v) > 3 {
             // Cutting off an ear of the star is possible at some neighbour, as the edges that
             // forbid two adjacent ones would cross.
@@ -172,13 +202,18 @@ impl<E: EdgePayload> SphereMesh<E> {
                 })
                 .map(|h| (h, self.ear_quality(h)))
                 .reduce(|best, other| if other.1 > best.1 { other } else { best });
-            let Some((h, _)) = ear else { return };
+            let Some((h, _)) = ear else {
+                queue.extend(self.star_edges(v));
+                return;
+            };
             self.flip_recorded(self.edge_of(h), flips);
         }
         let neighbours: Vec<Vertex> = self.neighbours(v).collect();
-        let (_, spokes) = self.detach(v);
+        let (hole, spokes) = self.detach(v);
+        queue.extend([hole, self.next(hole), self.prev(hole)].map(|h| self.edge_of(h)));
         let location = self.locate(self.site(v), neighbours[0]);
         self.attach(v, location.half_edge, spokes);
+        queue.extend(self.star_edges(v));
         for (h, before) in spokes.into_iter().zip(neighbours) {
             let edge = self.edge_of(h);
             self.payload_mut(edge).flipped();

@@ -157,6 +157,11 @@ impl<E: EdgePayload> SphereMesh<E> {
         })
     }
 
+    /// The half-edge that stands for the triangle of `h` among [`triangles`](Self::triangles).
+    pub(super) fn smallest_half_edge(&self, h: HalfEdge) -> HalfEdge {
+        h.min(self.next(h)).min(self.prev(h))
+    }
+
     /// The vertices of the triangle of `h`: origin and destination of `h`, then the apex.
     #[inline]
     pub fn triangle_vertices(&self, h: HalfEdge) -> [Vertex; 3] {
