@@ -37,20 +37,22 @@ impl<E: EdgePayload> SphereMesh<E> {
         let (a, b) = (self.origin(h), self.dest(h));
         let (b_left, left_a) = (self.next(h), self.prev(h));
         let (a_right, right_b) = (self.next(twin), self.prev(twin));
+        let e = self.edge_of(h);
+        let mut payload = self.payload(e).clone();
         self.set_endpoints(h, right, left);
         self.link_triangle(h, left_a, a_right);
         self.link_triangle(twin, right_b, b_left);
         self.vertex_edge[a as usize] = a_right;
         self.vertex_edge[b as usize] = b_left;
-        let e = self.edge_of(h);
-        self.payload_mut(e).flipped();
+        payload.flipped();
+        *self.payload_mut(e) = payload;
         true
     }
 
     /// Inserts a vertex with the unit vector `site` on the edge of `h`, joined to both apexes.
     ///
-    /// Returns its number, the former vertex count. The half-edge `h` now ends at the new vertex;
-    /// the three new edges have default payloads.
+    /// Returns its number, the former vertex count. The half-edge `h` now ends at the new vertex; its
+    /// edge and the three new ones have default payloads.
     pub fn split_edge(&mut self, h: HalfEdge, site: DVec3) -> Vertex {
         let twin = self.twin(h);
         let (end, left, right) = (self.dest(h), self.apex(h), self.apex(twin));
@@ -64,6 +66,8 @@ impl<E: EdgePayload> SphereMesh<E> {
         self.link_triangle(twin, start_right, to_right ^ 1);
         self.link_triangle(to_right, right_end, to_end ^ 1);
         self.vertex_edge[end as usize] = end_left;
+        let e = self.edge_of(h);
+        *self.payload_mut(e) = E::default();
         v
     }
 
@@ -101,7 +105,8 @@ impl<E: EdgePayload> SphereMesh<E> {
 
     /// Removes `origin(h)` by moving its triangles to `dest(h)`, which is returned.
     ///
-    /// The removed vertex becomes detached. Three edges die: `h` and, of either triangle at `h`, the
+    /// The removed vertex becomes detached; edges that now start elsewhere have default payloads.
+    /// Three edges die: `h` and, of either triangle at `h`, the
     /// side at the removed vertex. The caller ensures [`can_collapse`](Self::can_collapse).
     pub fn collapse(&mut self, h: HalfEdge) -> Vertex {
         debug_assert!(self.can_collapse(h), "collapse violates the link condition");
@@ -117,7 +122,10 @@ impl<E: EdgePayload> SphereMesh<E> {
         let (left_before, right_before) = (self.prev(left_old), self.prev(right_old));
         let (left, right) = (self.dest(left_new), self.origin(right_new));
         for k in moved {
+            let (spoke, rim) = (self.edge_of(k), self.edge_of(self.next(k)));
             self.origin[k as usize] = kept;
+            *self.payload_mut(spoke) = E::default();
+            self.payload_mut(rim).reshaped();
         }
         self.next[left_new as usize] = self.next(left_old);
         self.next[left_before as usize] = left_new;
@@ -248,11 +256,15 @@ impl<E: EdgePayload> SphereMesh<E> {
             .collect()
     }
 
-    /// Makes three half-edges a triangle.
+    /// Makes three half-edges a triangle, and notifies their edges.
     pub(super) fn link_triangle(&mut self, a: HalfEdge, b: HalfEdge, c: HalfEdge) {
         self.next[a as usize] = b;
         self.next[b as usize] = c;
         self.next[c as usize] = a;
+        for side in [a, b, c] {
+            let e = self.edge_of(side);
+            self.payload_mut(e).reshaped();
+        }
     }
 
     fn push_vertex(&mut self, site: DVec3, outgoing: HalfEdge) -> Vertex {

@@ -66,6 +66,10 @@ pub type Edge = u32;
 pub trait EdgePayload: Clone + Default + Send + Sync + 'static {
     /// Called when the edge is flipped, that is when it joins two other vertices than before.
     fn flipped(&mut self) {}
+
+    /// Called when a triangle beside the edge was replaced, that is when the two vertices opposite
+    /// to the edge are others than before. A flip does so to the four edges around the flipped one.
+    fn reshaped(&mut self) {}
 }
 
 impl EdgePayload for () {}

@@ -1,9 +1,6 @@
 //! What the stages know of the boundaries between plates in this step.
 
-use super::{
-    plate::PlateTable,
-    sub_plate::PlateId,
-};
+use super::{plate::PlateTable, sub_plate::PlateId};
 use crate::mesh::NONE;
 use bevy::prelude::*;
 use glam::DVec3;

@@ -57,7 +57,12 @@ pub(super) fn run<T: 'static, M>(
     world: &mut World,
     system: impl IntoSystem<(), Result<T, TectonicError>, M> + 'static,
 ) -> Result<T, TectonicError> {
-    world.run_system_once(system).unwrap_or(Err(TectonicError::Archetype { found: 0, expected: 0 }))
+    world
+        .run_system_once(system)
+        .unwrap_or(Err(TectonicError::Archetype {
+            found: 0,
+            expected: 0,
+        }))
 }
 
 fn check_world(
@@ -72,7 +77,8 @@ fn check_world(
     let mesh = &topology.0;
     let columns = sub_plates.columns(mesh.vertex_count())?;
     let (position, velocity, _, plate, crust, elevation, thickness, area, ..) = columns;
-    mesh.check().map_err(|source| TectonicError::Mesh { time_my, source })?;
+    mesh.check()
+        .map_err(|source| TectonicError::Mesh { time_my, source })?;
 
     for v in 0..position.len() {
         let fields = [
@@ -89,23 +95,42 @@ fn check_world(
             ("trench", f64::from(columns.14[v].0)),
         ];
         if let Some((field, _)) = fields.iter().find(|(_, value)| !value.is_finite()) {
-            return Err(TectonicError::NotFinite { field, vertex: v, time_my });
+            return Err(TectonicError::NotFinite {
+                field,
+                vertex: v,
+                time_my,
+            });
         }
         let radial = mesh.site(v as u32).dot(velocity[v].0.as_dvec3());
         if radial.abs() > RADIAL {
-            return Err(TectonicError::NotTangential { vertex: v, radial, time_my });
+            return Err(TectonicError::NotTangential {
+                vertex: v,
+                radial,
+                time_my,
+            });
         }
     }
 
-    let mut count: BTreeMap<PlateId, usize> = plates.iter().map(|(plate, _)| (plate.id, 0)).collect();
+    let mut count: BTreeMap<PlateId, usize> =
+        plates.iter().map(|(plate, _)| (plate.id, 0)).collect();
     for (id, _) in pieces(mesh, plate).pieces {
         match count.get_mut(&id) {
             Some(count) => *count += 1,
-            None => return Err(TectonicError::PlateInPieces { plate: id.0, pieces: 0, time_my }),
+            None => {
+                return Err(TectonicError::PlateInPieces {
+                    plate: id.0,
+                    pieces: 0,
+                    time_my,
+                });
+            }
         }
     }
     if let Some((id, &pieces)) = count.iter().find(|(_, pieces)| **pieces != 1) {
-        return Err(TectonicError::PlateInPieces { plate: id.0, pieces, time_my });
+        return Err(TectonicError::PlateInPieces {
+            plate: id.0,
+            pieces,
+            time_my,
+        });
     }
 
     let volume: f64 = (0..crust.len())
@@ -132,7 +157,11 @@ fn hash_world(
     let mesh = &topology.0;
     let columns = sub_plates.columns(mesh.vertex_count())?;
     let mut hash = Xxh3::new();
-    let mut vector = |v: Vec3| v.to_array().iter().for_each(|x| hash.update(&x.to_le_bytes()));
+    let mut vector = |v: Vec3| {
+        v.to_array()
+            .iter()
+            .for_each(|x| hash.update(&x.to_le_bytes()))
+    };
     for v in 0..mesh.vertex_count() {
         vector(columns.0[v].0);
         vector(columns.1[v].0);
@@ -164,11 +193,17 @@ fn hash_world(
         hash.update(&state.rest.to_le_bytes());
         hash.update(&state.cross_rest.to_le_bytes());
     }
-    let mut rows: Vec<_> = plates.iter().map(|(plate, rotation)| (plate.id, rotation.0)).collect();
+    let mut rows: Vec<_> = plates
+        .iter()
+        .map(|(plate, rotation)| (plate.id, rotation.0))
+        .collect();
     rows.sort_by_key(|(id, _)| *id);
     for (id, rotation) in rows {
         hash.update(&id.0.to_le_bytes());
-        rotation.to_array().iter().for_each(|x| hash.update(&x.to_le_bytes()));
+        rotation
+            .to_array()
+            .iter()
+            .for_each(|x| hash.update(&x.to_le_bytes()));
     }
     hash.update(&clock.time_my.to_le_bytes());
     hash.update(&clock.steps.to_le_bytes());

@@ -79,7 +79,9 @@ impl Clock {
         // The finished planet shows the heights of its last moment.
         let end = self.time_my >= recipe.duration_my && last;
         self.geology.advance(self.step_my, geology, end);
-        self.reorganisation.advance(self.step_my, reorganisation, false);
-        self.refinement.advance(self.step_my, recipe.constants.refine.interval, false);
+        self.reorganisation
+            .advance(self.step_my, reorganisation, false);
+        self.refinement
+            .advance(self.step_my, recipe.constants.refine.interval, false);
     }
 }

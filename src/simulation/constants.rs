@@ -42,9 +42,7 @@ macro_rules! constants {
 }
 
 /// All constants, grouped by the stage that reads them.
-#[derive(
-    Debug, Clone, Default, PartialEq, Serialize, Deserialize, bevy::reflect::Reflect,
-)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, bevy::reflect::Reflect)]
 #[serde(default, deny_unknown_fields)]
 pub struct Constants {
     /// Steps and clocks.
@@ -165,12 +163,12 @@ constants! {
         /// Basal drag of oceanic lithosphere. The unit of all forces.
         ocean_drag = 1.0 in 0.1..=10.0 "per km² and km/My",
         /// Basal drag of continents, whose roots reach deeper.
-        continent_drag = 1.5 in 0.1..=20.0 "per km² and km/My",
+        continent_drag = 1.7 in 0.1..=20.0 "per km² and km/My",
         /// Pull of a full slab of 80 My on its plate, per km of trench (study; Yggdrasill's 5e-8 m/yr²
         /// acts on single vertices and dilutes as the mesh is refined).
-        slab_pull = 8.0e5 in 0.0..=1.0e7 "per km",
+        slab_pull = 7.5e5 in 0.0..=1.0e7 "per km",
         /// Suction of the same slab on the overriding plate.
-        slab_suction = 3.0e5 in 0.0..=1.0e7 "per km",
+        slab_suction = 2.5e5 in 0.0..=1.0e7 "per km",
         /// Length of slab that pulls with full force.
         slab_full = 300.0 in 50.0..=2000.0 "km",
         /// Longest slab that is remembered.
@@ -223,7 +221,7 @@ constants! {
     /// Arcs, trenches, plateaus.
     UpliftConstants("uplift") {
         /// Magma of an arc at 60 km/My of convergence, per km of trench.
-        arc_flux = 58.0 in 0.0..=500.0 "km³/km/My",
+        arc_flux = 70.0 in 0.0..=500.0 "km³/km/My",
         /// Distance of the arc's crest from the trench.
         arc_distance = 200.0 in 50.0..=800.0 "km",
         /// Distance at which arc magmatism ends.
@@ -259,7 +257,7 @@ constants! {
         /// Opening as a share of the slip below which a boundary counts as near transform.
         transform_share = 0.25 in 0.0..=0.9 "of the slip",
         /// Reach over which crushed continental crust thickens both plates (or 2.2 spacings).
-        spread = 450.0 in 100.0..=3000.0 "km",
+        spread = 400.0 in 100.0..=3000.0 "km",
         /// No crust is thickened beyond this.
         thickest = 70.0 in 40.0..=120.0 "km",
         /// Room of one cell that attracts crust fully.
@@ -273,7 +271,7 @@ constants! {
     /// Wear, sediment, isostasy.
     ErosionConstants("erosion") {
         /// Speed of erosion: `rate · x²/(x + 1)`, x = km above base level.
-        rate = 0.12 in 0.0..=2.0 "km/My",
+        rate = 0.14 in 0.0..=2.0 "km/My",
         /// Slope of the base level inland from the crust's edge. Erosion to sea level itself lets land
         /// swing between 12 and 38 % (study).
         base_slope = 0.2 in 0.0..=2.0 "m/km",

@@ -81,10 +81,7 @@ impl History {
     ///
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn with_plugins(
-        recipe: Recipe,
-        plugins: impl PluginGroup,
-    ) -> Result<Self, TectonicError> {
+    pub fn with_plugins(recipe: Recipe, plugins: impl PluginGroup) -> Result<Self, TectonicError> {
         recipe.validate()?;
         let mut app = App::empty();
         plugins.build().finish(&mut app);
@@ -113,7 +110,11 @@ impl History {
         });
         self.world.run_schedule(TectonicStep);
         self.world.clear_trackers();
-        self.world.resource_mut::<StepFailure>().0.take().map_or(Ok(()), Err)
+        self.world
+            .resource_mut::<StepFailure>()
+            .0
+            .take()
+            .map_or(Ok(()), Err)
     }
 
     /// Runs until a time, calling `each_step` after every step. `Break` stops the run, as does
@@ -146,7 +147,11 @@ impl History {
             time_my,
             end_my,
             steps: self.steps(),
-            fraction: if end_my > 0.0 { (time_my / end_my).min(1.0) } else { 1.0 },
+            fraction: if end_my > 0.0 {
+                (time_my / end_my).min(1.0)
+            } else {
+                1.0
+            },
         }
     }
 

@@ -112,6 +112,7 @@ impl PlateTable {
     /// Angular velocity of a plate in rad/My; zero for an id that no plate has.
     #[must_use]
     pub fn rotation(&self, id: PlateId) -> DVec3 {
-        self.row(id).map_or(DVec3::ZERO, |row| self.rows[row].rotation)
+        self.row(id)
+            .map_or(DVec3::ZERO, |row| self.rows[row].rotation)
     }
 }

@@ -131,7 +131,12 @@ impl Recipe {
                 allowed: format!("between {} and {}{unit}", range.start(), range.end()),
             })
         }
-        within("sub_plates", self.sub_plates, FEWEST_SUB_PLATES..=MOST_SUB_PLATES, "")?;
+        within(
+            "sub_plates",
+            self.sub_plates,
+            FEWEST_SUB_PLATES..=MOST_SUB_PLATES,
+            "",
+        )?;
         within("duration_my", self.duration_my, 0.0..=10_000.0, " My")?;
         within("radius_km", self.radius_km, 500.0..=50_000.0, " km")?;
         within("plates", self.plates, 2..=200, "")?;

@@ -103,10 +103,7 @@ impl Cancellation {
 }
 
 /// Keeps a stage's error for the caller of the step: `my_stage.pipe(record_failure)`.
-pub fn record_failure(
-    In(result): In<Result<(), TectonicError>>,
-    mut failure: ResMut<StepFailure>,
-) {
+pub fn record_failure(In(result): In<Result<(), TectonicError>>, mut failure: ResMut<StepFailure>) {
     if let Err(error) = result {
         failure.0.get_or_insert(error);
     }
@@ -122,37 +119,41 @@ pub struct StageTimings {
 
 impl Default for StageTimings {
     fn default() -> Self {
-        Self { total: [Duration::ZERO; 12], lap: Instant::now() }
+        Self {
+            total: [Duration::ZERO; 12],
+            lap: Instant::now(),
+        }
     }
 }
 
 /// Builds the schedule: ordered sets, one thread, no ambiguity tolerated.
 pub(super) fn configure(app: &mut App) {
-    app.init_schedule(TectonicStep).edit_schedule(TectonicStep, |schedule| {
-        schedule
-            .set_executor(SingleThreadedExecutor::new())
-            .set_build_settings(ScheduleBuildSettings {
-                ambiguity_detection: LogLevel::Error,
-                ..default()
-            });
-        for (i, pair) in TectonicSystems::ALL.windows(2).enumerate() {
-            schedule.configure_sets((pair[0], pair[1]).chain());
-            let lap = move |mut timings: ResMut<StageTimings>| {
-                let now = Instant::now();
-                let spent = now - timings.lap;
-                timings.total[i] += spent;
-                timings.lap = now;
-            };
-            schedule.add_systems(lap.after(pair[0]).before(pair[1]));
-        }
-        for stage in TectonicSystems::ALL {
-            schedule.configure_sets(stage.run_if(going));
-        }
-        schedule.add_systems(
-            (|mut timings: ResMut<StageTimings>| timings.lap = Instant::now())
-                .before(TectonicSystems::First),
-        );
-    });
+    app.init_schedule(TectonicStep)
+        .edit_schedule(TectonicStep, |schedule| {
+            schedule
+                .set_executor(SingleThreadedExecutor::new())
+                .set_build_settings(ScheduleBuildSettings {
+                    ambiguity_detection: LogLevel::Error,
+                    ..default()
+                });
+            for (i, pair) in TectonicSystems::ALL.windows(2).enumerate() {
+                schedule.configure_sets((pair[0], pair[1]).chain());
+                let lap = move |mut timings: ResMut<StageTimings>| {
+                    let now = Instant::now();
+                    let spent = now - timings.lap;
+                    timings.total[i] += spent;
+                    timings.lap = now;
+                };
+                schedule.add_systems(lap.after(pair[0]).before(pair[1]));
+            }
+            for stage in TectonicSystems::ALL {
+                schedule.configure_sets(stage.run_if(going));
+            }
+            schedule.add_systems(
+                (|mut timings: ResMut<StageTimings>| timings.lap = Instant::now())
+                    .before(TectonicSystems::First),
+            );
+        });
 }
 
 /// Stages run while the step is neither failed nor cancelled.

@@ -28,7 +28,10 @@ impl Sea {
                 break;
             }
         }
-        let mut sea = Self { mean_depth: 0.0, level };
+        let mut sea = Self {
+            mean_depth: 0.0,
+            level,
+        };
         sea.mean_depth = sea.depth_at(level, heights, area).0;
         sea
     }

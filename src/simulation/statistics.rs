@@ -1,14 +1,8 @@
 //! What a planet measures, in the terms in which Earth is measured.
 
 use super::{
-    check::run,
-    clock::Clock,
-    columns::Columns,
-    error::TectonicError,
-    recipe::Recipe,
-    sea::Sea,
-    sub_plate::*,
-    topology::Topology,
+    check::run, clock::Clock, columns::Columns, error::TectonicError, recipe::Recipe, sea::Sea,
+    sub_plate::*, topology::Topology,
 };
 use bevy::prelude::*;
 use glam::{DMat3, DVec3};
@@ -72,7 +66,14 @@ fn measure(
     topology: Res<Topology>,
     sea: Res<Sea>,
     mut sub_plates: Query<
-        (&PlateId, &Crust, &Elevation, &Created, &Velocity, &Thickness),
+        (
+            &PlateId,
+            &Crust,
+            &Elevation,
+            &Created,
+            &Velocity,
+            &Thickness,
+        ),
         With<SubPlate>,
     >,
 ) -> Result<Statistics, TectonicError> {
@@ -172,11 +173,21 @@ fn measure_boundaries(
         let (a, b) = (mesh.site(u), mesh.site(v));
         let dual = (mesh.site(mesh.apex(2 * edge)) - mesh.site(mesh.apex(2 * edge + 1))) / 3.0;
         let normal = dual.cross((a + b).normalize());
-        let normal = if normal.dot(b - a) < 0.0 { -normal } else { normal };
+        let normal = if normal.dot(b - a) < 0.0 {
+            -normal
+        } else {
+            normal
+        };
         let length = normal.length() * recipe.radius_km;
         let slip = (velocity[v as usize].0 - velocity[u as usize].0).as_dvec3();
         let opening = slip.dot(normal.normalize_or_zero()) / slip.length().max(1e-9);
-        let kind = if opening > 0.5 { 0 } else if opening < -0.5 { 2 } else { 1 };
+        let kind = if opening > 0.5 {
+            0
+        } else if opening < -0.5 {
+            2
+        } else {
+            1
+        };
         shares[kind] += length;
         statistics.boundary_km += length;
     }

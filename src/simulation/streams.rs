@@ -27,7 +27,10 @@ pub enum Purpose {
 #[must_use]
 pub fn stream(seed: u64, purpose: Purpose, step: u64, number: u64) -> ChaCha8Rng {
     let mut key = [0_u8; 32];
-    for (bytes, word) in key.chunks_exact_mut(8).zip([seed, purpose as u64, step, number]) {
+    for (bytes, word) in key
+        .chunks_exact_mut(8)
+        .zip([seed, purpose as u64, step, number])
+    {
         bytes.copy_from_slice(&word.to_le_bytes());
     }
     ChaCha8Rng::from_seed(key)
@@ -40,7 +43,11 @@ pub fn unit(rng: &mut ChaCha8Rng) -> f64 {
 
 /// A number in [0, n). Zero for an empty range.
 pub fn below(rng: &mut ChaCha8Rng, n: usize) -> usize {
-    if n == 0 { 0 } else { rng.random_range(0..n as u64) as usize }
+    if n == 0 {
+        0
+    } else {
+        rng.random_range(0..n as u64) as usize
+    }
 }
 
 /// A direction, even over the sphere.

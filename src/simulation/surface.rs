@@ -1,12 +1,7 @@
 //! An immutable copy of a planet's surface: what games query, renderers draw and exports write.
 
 use super::{
-    check::run,
-    clock::Clock,
-    columns::Columns,
-    error::TectonicError,
-    recipe::Recipe,
-    sub_plate::*,
+    check::run, clock::Clock, columns::Columns, error::TectonicError, recipe::Recipe, sub_plate::*,
     topology::Topology,
 };
 use crate::mesh::SphereMesh;
@@ -90,13 +85,20 @@ fn capture(
         age: created.iter().map(|created| since(created.0)).collect(),
         plate: plate.iter().map(|plate| plate.0).collect(),
         velocity: velocity.iter().map(|velocity| velocity.0).collect(),
-        thickness: thickness.iter().map(|thickness| thickness.0 as f32).collect(),
+        thickness: thickness
+            .iter()
+            .map(|thickness| thickness.0 as f32)
+            .collect(),
         orogeny: orogeny.to_vec(),
         orogeny_age: orogeny
             .iter()
             .zip(began.iter().zip(created))
             .map(|(kind, (began, created))| {
-                since(if *kind == Orogeny::None { created.0 } else { began.0 })
+                since(if *kind == Orogeny::None {
+                    created.0
+                } else {
+                    began.0
+                })
             })
             .collect(),
     })

@@ -59,6 +59,11 @@ impl EdgePayload for EdgeState {
         core::mem::swap(&mut self.kind, &mut self.cross_kind);
         core::mem::swap(&mut self.rest, &mut self.cross_rest);
     }
+
+    /// The cross edge has other ends: its rest length is measured anew when next needed.
+    fn reshaped(&mut self) {
+        self.cross_rest = 0.0;
+    }
 }
 
 /// The mesh of the world: vertex number = row of the sub-plate.

@@ -48,8 +48,10 @@ pub(in crate::simulation) fn classify_boundaries(
         let turn = plates.rotation(front.plates[1]) - plates.rotation(front.plates[0]);
         front.slip = turn.cross(front.midpoint) * recipe.radius_km;
         front.opening = front.slip.dot(front.direction);
-        front.continental =
-            front.vertices.iter().all(|&v| crust[v as usize].is_continental());
+        front.continental = front
+            .vertices
+            .iter()
+            .all(|&v| crust[v as usize].is_continental());
     }
     remember_contacts(&fronts, crust, created, &clock, constants, &mut contacts);
     for front in &mut fronts {
@@ -86,7 +88,9 @@ fn find_fronts(
                     || state.cross_kind != BoundaryKind::Joined
             }
         };
-        (slots.start as u32..slots.end as u32).filter(mixed).collect::<Vec<u32>>()
+        (slots.start as u32..slots.end as u32)
+            .filter(mixed)
+            .collect::<Vec<u32>>()
     });
     for edge in candidates.into_iter().flatten() {
         let (u, v) = mesh.endpoints(edge);
@@ -104,7 +108,11 @@ fn find_fronts(
         let midpoint = (a + b).normalize();
         // From centroid to centroid: (a + b + left)/3 − (a + b + right)/3.
         let normal = ((left - right) / 3.0).cross(midpoint) * radius;
-        let normal = if normal.dot(b - a) < 0.0 { -normal } else { normal };
+        let normal = if normal.dot(b - a) < 0.0 {
+            -normal
+        } else {
+            normal
+        };
         for vertex in [u, v] {
             boundaries.place[vertex as usize] = 0;
         }
@@ -137,7 +145,12 @@ fn smooth_strikes(
     weight: f64,
     boundaries: &mut Boundaries,
 ) {
-    let Boundaries { fronts, vertices, strikes, place } = boundaries;
+    let Boundaries {
+        fronts,
+        vertices,
+        strikes,
+        place,
+    } = boundaries;
     strikes.clear();
     strikes.resize(vertices.len(), DVec3::ZERO);
     for front in fronts.iter() {
@@ -153,7 +166,11 @@ fn smooth_strikes(
                 if j == NONE {
                     continue;
                 }
-                let sign = if plate[w as usize] == plate[v as usize] { weight } else { -weight };
+                let sign = if plate[w as usize] == plate[v as usize] {
+                    weight
+                } else {
+                    -weight
+                };
                 strikes[i] += before[j as usize] * sign;
             }
             let site = mesh.site(v);
@@ -190,11 +207,14 @@ fn remember_contacts(
             sum.continental += front.length;
             sum.closing += front.length * (-front.opening).max(0.0);
         }
-        if front.vertices.iter().all(|&v| !crust[v as usize].is_continental()) {
+        if front
+            .vertices
+            .iter()
+            .all(|&v| !crust[v as usize].is_continental())
+        {
             sum.oceanic += front.length;
             for (end, &vertex) in front.vertices.iter().enumerate() {
-                sum.created[end ^ swap] +=
-                    front.length * f64::from(created[vertex as usize].0);
+                sum.created[end ^ swap] += front.length * f64::from(created[vertex as usize].0);
             }
         }
     }
@@ -202,15 +222,25 @@ fn remember_contacts(
         let contact = contacts.0.entry(key).or_default();
         contact.last_my = clock.time_my;
         contact.continental_share = sum.continental / sum.length.max(1e-9);
-        contact.closing = if sum.continental > 0.0 { sum.closing / sum.continental } else { 0.0 };
+        contact.closing = if sum.continental > 0.0 {
+            sum.closing / sum.continental
+        } else {
+            0.0
+        };
         contact.interpenetration += contact.closing * clock.step_my;
         if contact.subducting.is_none() && sum.oceanic > 0.0 {
             // The older side is the denser one; fixed while they touch, or fronts grow fingers.
-            let older = if sum.created[0] <= sum.created[1] { key.0 } else { key.1 };
+            let older = if sum.created[0] <= sum.created[1] {
+                key.0
+            } else {
+                key.1
+            };
             contact.subducting = Some(older);
         }
     }
-    contacts.0.retain(|_, contact| clock.time_my - contact.last_my < constants.memory);
+    contacts
+        .0
+        .retain(|_, contact| clock.time_my - contact.last_my < constants.memory);
 }
 
 /// Which end of a front goes under where it closes: sea floor before continent, then the pair's

@@ -40,7 +40,14 @@ pub(in crate::simulation) fn create_crust(
     mut splits: ResMut<Splits>,
     plates: Query<(Entity, &Plate, &Rotation, &PlateBorn)>,
     mut sub_plates: Query<
-        (&PlateId, &Crust, &Created, &MaterialArea, &Elevation, &mut Thickness),
+        (
+            &PlateId,
+            &Crust,
+            &Created,
+            &MaterialArea,
+            &Elevation,
+            &mut Thickness,
+        ),
         With<SubPlate>,
     >,
 ) -> Result<(), TectonicError> {
@@ -65,9 +72,16 @@ pub(in crate::simulation) fn create_crust(
             thickness: constants.oceanic_thickness,
             created: now,
             elevation: elevation[side].0,
-            ridge: if opening { gap.site.cross(gap.strike).normalize_or_zero() } else { DVec3::ZERO },
+            ridge: if opening {
+                gap.site.cross(gap.strike).normalize_or_zero()
+            } else {
+                DVec3::ZERO
+            },
         };
-        let thinnest = corners.iter().map(|&v| thickness[v].0).fold(f64::MAX, f64::min);
+        let thinnest = corners
+            .iter()
+            .map(|&v| thickness[v].0)
+            .fold(f64::MAX, f64::min);
         let stretched = if opening {
             thinnest - constants.rift_thinning * spacing / 226.0
         } else {
@@ -156,7 +170,8 @@ fn find_gaps(
         if radius <= base * spacing {
             continue;
         }
-        let (motion, strike) = opening_of(mesh, recipe.radius_km, boundaries, plates, plate, corners);
+        let (motion, strike) =
+            opening_of(mesh, recipe.radius_km, boundaries, plates, plate, corners);
         let factor = if motion.opening <= 0.0 {
             constants.closing_factor
         } else if motion.is_near_transform(constants.transform_share) {
@@ -167,12 +182,18 @@ fn find_gaps(
         let site = mesh.circumcentre(h);
         let crowded = || {
             let apart = constants.apart * spacing / recipe.radius_km;
-            gaps.iter().any(|gap| gap.site.distance_squared(site) < apart * apart)
+            gaps.iter()
+                .any(|gap| gap.site.distance_squared(site) < apart * apart)
         };
         if radius <= base * factor * spacing || crowded() {
             continue;
         }
-        gaps.push(Gap { site, corners, motion, strike });
+        gaps.push(Gap {
+            site,
+            corners,
+            motion,
+            strike,
+        });
     }
     gaps
 }
@@ -199,7 +220,11 @@ fn opening_of(
         mean.opening += motion.opening;
         mean.slip += motion.slip;
         let direction = boundaries.direction((a.0, a.1), (b.0, b.1));
-        strike += if direction.dot(strike) < 0.0 { -direction } else { direction };
+        strike += if direction.dot(strike) < 0.0 {
+            -direction
+        } else {
+            direction
+        };
         count += 1.0;
     }
     if count > 0.0 {

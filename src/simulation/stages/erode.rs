@@ -33,7 +33,14 @@ pub(in crate::simulation) fn erode(
     mut ledger: ResMut<Ledger>,
     sea: Res<Sea>,
     mut sub_plates: Query<
-        (&PlateId, &mut Crust, &mut Thickness, &MaterialArea, &Created, &Trench),
+        (
+            &PlateId,
+            &mut Crust,
+            &mut Thickness,
+            &MaterialArea,
+            &Created,
+            &Trench,
+        ),
         With<SubPlate>,
     >,
 ) -> Result<(), TectonicError> {
@@ -83,7 +90,16 @@ pub(in crate::simulation) fn erode(
     }
     let lost = pool - if whole > 0.0 { laid } else { 0.0 };
     ledger.eroded_km3 += lost;
-    let mut margins = OldMargins { recipe: &recipe, mesh, plate, crust, thickness, area, created, trench };
+    let mut margins = OldMargins {
+        recipe: &recipe,
+        mesh,
+        plate,
+        crust,
+        thickness,
+        area,
+        created,
+        trench,
+    };
     margins.build_out(&mut ledger, clock.time_my, time, lost);
     Ok(())
 }
@@ -176,8 +192,10 @@ impl Inland {
                 passive.push(!active);
             }
         }
-        let mut inland =
-            Self { distance: vec![FAR_INLAND; crust.len()], passive: vec![false; crust.len()] };
+        let mut inland = Self {
+            distance: vec![FAR_INLAND; crust.len()],
+            passive: vec![false; crust.len()],
+        };
         let found = reach(mesh, recipe.radius_km, &sources, FAR_INLAND, |v| {
             crust[v as usize].is_continental()
         });
@@ -231,7 +249,15 @@ pub(in crate::simulation) fn settle(
     topology: Res<Topology>,
     mut sea: ResMut<Sea>,
     mut sub_plates: Query<
-        (&PlateId, &Crust, &Thickness, &MaterialArea, &Created, &Trench, &mut Elevation),
+        (
+            &PlateId,
+            &Crust,
+            &Thickness,
+            &MaterialArea,
+            &Created,
+            &Trench,
+            &mut Elevation,
+        ),
         With<SubPlate>,
     >,
 ) -> Result<(), TectonicError> {
@@ -250,7 +276,8 @@ pub(in crate::simulation) fn settle(
                 return continental_height(constants, thickness[v].0) - f64::from(trench[v].0);
             }
             let age = clock.time_my - f64::from(created[v].0);
-            let sediment = (constants.sediment_rate * age.max(0.0)).min(constants.sediment_thickest);
+            let sediment =
+                (constants.sediment_rate * age.max(0.0)).min(constants.sediment_thickest);
             let floor = -sea_floor_depth(age)
                 + constants.isostasy * (thickness[v].0 - NORMAL_OCEANIC)
                 + sediment
@@ -289,9 +316,13 @@ fn continental_rise(
         })
         .map(|v| (v, half))
         .collect();
-    let found = reach(mesh, recipe.radius_km, &sources, constants.rise_width, |v| {
-        !crust[v as usize].is_continental()
-    });
+    let found = reach(
+        mesh,
+        recipe.radius_km,
+        &sources,
+        constants.rise_width,
+        |v| !crust[v as usize].is_continental(),
+    );
     for (v, distance, _) in found.found {
         let near = 1.0 - distance / constants.rise_width;
         if near > 0.0 {

@@ -48,8 +48,20 @@ pub(in crate::simulation) fn refine(
         return Ok(());
     }
     let mesh = &mut topology.0;
-    let (entity, plate, crust, elevation, mut thickness, mut area, created, velocity, ridge, fold, orogeny, began) =
-        sub_plates.columns(mesh.vertex_count())?;
+    let (
+        entity,
+        plate,
+        crust,
+        elevation,
+        mut thickness,
+        mut area,
+        created,
+        velocity,
+        ridge,
+        fold,
+        orogeny,
+        began,
+    ) = sub_plates.columns(mesh.vertex_count())?;
     let thickness = thickness.bypass_change_detection();
     let area = area.bypass_change_detection();
     let constants = &recipe.constants.refine;
@@ -58,9 +70,8 @@ pub(in crate::simulation) fn refine(
     let rows = cells.len();
     let mut touched = vec![false; rows];
     let interior = |mesh: &SphereMesh<EdgeState>, v: u32| {
-        mesh.neighbours(v).all(|w| {
-            (w as usize) < rows && plate[w as usize] == plate[v as usize]
-        })
+        mesh.neighbours(v)
+            .all(|w| (w as usize) < rows && plate[w as usize] == plate[v as usize])
     };
 
     // Merge first: what it frees need not be split.
@@ -138,7 +149,10 @@ pub(in crate::simulation) fn refine(
         ));
     }
     mesh.repair_delaunay()
-        .map_err(|source| TectonicError::Repair { time_my: clock.time_my, source })?;
+        .map_err(|source| TectonicError::Repair {
+            time_my: clock.time_my,
+            source,
+        })?;
     gone.sort_unstable_by(|a, b| b.cmp(a));
     for v in gone {
         commands.entity(entity[v as usize]).despawn();

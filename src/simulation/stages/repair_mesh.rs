@@ -1,15 +1,13 @@
 //! Stage 8: Delaunay by flips, slivers, Delaunay again.
 
-use super::{
-    super::{
-        clock::Clock,
-        columns::Columns,
-        error::TectonicError,
-        stages::reorganize_plates::Splits,
-        sub_plate::{PlateId, Position, SubPlate},
-        topology::Topology,
-        workers::Workers,
-    },
+use super::super::{
+    clock::Clock,
+    columns::Columns,
+    error::TectonicError,
+    stages::reorganize_plates::Splits,
+    sub_plate::{PlateId, Position, SubPlate},
+    topology::Topology,
+    workers::Workers,
 };
 use bevy::prelude::*;
 
@@ -26,7 +24,10 @@ pub(in crate::simulation) fn repair_mesh(
 ) -> Result<(), TectonicError> {
     let mesh = &mut topology.0;
     let (mut position, plate) = sub_plates.columns(mesh.vertex_count())?;
-    let failed = |source| TectonicError::Repair { time_my: clock.time_my, source };
+    let failed = |source| TectonicError::Repair {
+        time_my: clock.time_my,
+        source,
+    };
     // The sweep is the work; what it finds is next to nothing.
     let suspects = workers.map(mesh.edge_slots(), |slots| mesh.non_delaunay_edges(slots));
     let mut flips = mesh.repair_from(suspects.concat()).map_err(failed)?;
@@ -36,7 +37,7 @@ pub(in crate::simulation) fn repair_mesh(
         for v in moved.moved {
             position[v as usize].0 = mesh.site(v).as_vec3();
             // The column is what counts: the mesh takes the rounded place.
-            mesh.set_site(v, position[v as usize].0.as_dvec3());
+            mesh.set_site(v, position[v as usize].0.as_dvec3().normalize());
         }
         flips.extend(moved.flips);
         flips.extend(mesh.repair_delaunay().map_err(failed)?);

@@ -65,8 +65,17 @@ pub(in crate::simulation) fn resolve_collisions(
     mut sub_plates: Query<CollisionColumns, With<SubPlate>>,
 ) -> Result<(), TectonicError> {
     let mesh = &mut topology.0;
-    let (entity, mut plate, mut crust, mut thickness, mut area, mut created, mut orogeny, mut began, mut fold) =
-        sub_plates.columns(mesh.vertex_count())?;
+    let (
+        entity,
+        mut plate,
+        mut crust,
+        mut thickness,
+        mut area,
+        mut created,
+        mut orogeny,
+        mut began,
+        mut fold,
+    ) = sub_plates.columns(mesh.vertex_count())?;
     let mut ground = Ground {
         plate: plate.bypass_change_detection(),
         crust: crust.bypass_change_detection(),
@@ -106,7 +115,14 @@ pub(in crate::simulation) fn resolve_collisions(
             };
             let ring: Vec<u32> = mesh.neighbours(v).collect();
             splits.note_removal(&ring, ground.plate[v as usize], ground.plate);
-            judge.bury(mesh, &mut ground, &mut ledger, victim, clock.time_my, clock.step_my);
+            judge.bury(
+                mesh,
+                &mut ground,
+                &mut ledger,
+                victim,
+                clock.time_my,
+                clock.step_my,
+            );
             mesh.collapse(h);
             for w in ring {
                 touched[w as usize] = true;
@@ -122,7 +138,10 @@ pub(in crate::simulation) fn resolve_collisions(
         let queue = edges_around(mesh, &dirty);
         let flips = mesh
             .repair_from(queue)
-            .map_err(|source| TectonicError::Repair { time_my: clock.time_my, source })?;
+            .map_err(|source| TectonicError::Repair {
+                time_my: clock.time_my,
+                source,
+            })?;
         splits.note_flips(&flips, ground.plate);
         watch = dirty;
     }
@@ -140,8 +159,10 @@ pub(in crate::simulation) fn close_ranks(
     mut boundaries: ResMut<Boundaries>,
 ) {
     let mesh = &mut topology.0;
-    let gone: Vec<u32> =
-        (0..mesh.vertex_count() as u32).rev().filter(|&v| mesh.is_detached(v)).collect();
+    let gone: Vec<u32> = (0..mesh.vertex_count() as u32)
+        .rev()
+        .filter(|&v| mesh.is_detached(v))
+        .collect();
     for v in gone {
         mesh.remove_detached(v);
     }
@@ -189,7 +210,8 @@ struct Judge<'a> {
 impl Judge<'_> {
     fn motion(&self, mesh: &SphereMesh<EdgeState>, plate: &[PlateId], a: u32, b: u32) -> Motion {
         let end = |v: u32| (v, mesh.site(v), plate[v as usize]);
-        self.boundaries.motion(&self.plates, self.recipe.radius_km, end(a), end(b))
+        self.boundaries
+            .motion(&self.plates, self.recipe.radius_km, end(a), end(b))
     }
 
     /// Distances that count as contact are smaller where plates slide past each other.
@@ -205,7 +227,10 @@ impl Judge<'_> {
     /// Who goes under of two sub-plates on different plates, and who stays.
     fn victim(&self, ground: &Ground, a: u32, b: u32) -> Victim {
         let (u, v) = (a as usize, b as usize);
-        let first = match (ground.crust[u].is_continental(), ground.crust[v].is_continental()) {
+        let first = match (
+            ground.crust[u].is_continental(),
+            ground.crust[v].is_continental(),
+        ) {
             (false, true) => true,
             (true, false) => false,
             (true, true) => ground.thickness[u].0 <= ground.thickness[v].0,
@@ -218,7 +243,17 @@ impl Judge<'_> {
                 None => ground.created[u].0 <= ground.created[v].0,
             },
         };
-        if first { Victim { vertex: a, against: b } } else { Victim { vertex: b, against: a } }
+        if first {
+            Victim {
+                vertex: a,
+                against: b,
+            }
+        } else {
+            Victim {
+                vertex: b,
+                against: a,
+            }
+        }
     }
 
     /// All that must go, nearest contacts first.
@@ -266,7 +301,9 @@ impl Judge<'_> {
                 }
                 let near = mesh.site(a).distance(mesh.site(b)) * radius / spacing(a, b);
                 let crushed = near < constants.edge_always
-                    && near < constants.edge_always * self.relaxed(self.motion(mesh, ground.plate, a, b));
+                    && near
+                        < constants.edge_always
+                            * self.relaxed(self.motion(mesh, ground.plate, a, b));
                 if inverted || crushed || closes_on(a, b, near, constants.edge) {
                     victims.push((near, self.victim(ground, a, b)));
                 }
@@ -324,8 +361,7 @@ impl Judge<'_> {
         for w in spread_volume(self.recipe, mesh, ground, ledger, victim.vertex, volume) {
             ground.orogeny[w] = Orogeny::Himalayan;
             ground.began[w].0 = now as f32;
-            ground.fold[w].0 =
-                folded(ground.fold[w].0, slip, mesh.site(w as u32), step.max(1.0));
+            ground.fold[w].0 = folded(ground.fold[w].0, slip, mesh.site(w as u32), step.max(1.0));
         }
     }
 }
@@ -444,4 +480,3 @@ fn disc(mesh: &SphereMesh<EdgeState>, from: u32, chord: f64) -> impl Iterator<It
         Some(v)
     })
 }
-

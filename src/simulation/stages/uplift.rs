@@ -5,15 +5,8 @@
 //! [`resolve_collisions`](super::resolve_collisions). Runs at the pace of the geology clock.
 
 use super::super::{
-    boundaries::Boundaries,
-    clock::Clock,
-    columns::Columns,
-    error::TectonicError,
-    ledger::Ledger,
-    reach::reach,
-    recipe::Recipe,
-    sub_plate::*,
-    topology::Topology,
+    boundaries::Boundaries, clock::Clock, columns::Columns, error::TectonicError, ledger::Ledger,
+    reach::reach, recipe::Recipe, sub_plate::*, topology::Topology,
 };
 use bevy::prelude::*;
 
@@ -50,8 +43,17 @@ pub(in crate::simulation) fn uplift(
         return Ok(());
     };
     let mesh = &topology.0;
-    let (plate, mut crust, mut thickness, area, mut created, mut orogeny, mut began, mut fold, mut trench) =
-        sub_plates.columns(mesh.vertex_count())?;
+    let (
+        plate,
+        mut crust,
+        mut thickness,
+        area,
+        mut created,
+        mut orogeny,
+        mut began,
+        mut fold,
+        mut trench,
+    ) = sub_plates.columns(mesh.vertex_count())?;
     let crust = crust.bypass_change_detection();
     let thickness = thickness.bypass_change_detection();
     let created = created.bypass_change_detection();
@@ -78,7 +80,11 @@ pub(in crate::simulation) fn uplift(
     bent.dedup_by_key(|(v, _)| *v);
     let healed = libm::exp(-time / constants.trench_time) as f32;
     for trench in trench.iter_mut().filter(|trench| trench.0 > 0.0) {
-        trench.0 = if trench.0 < 1.0 { 0.0 } else { trench.0 * healed };
+        trench.0 = if trench.0 < 1.0 {
+            0.0
+        } else {
+            trench.0 * healed
+        };
     }
     for (v, speed) in bent {
         let depth = (constants.trench_depth * (speed / TRENCH_SPEED).min(1.0)) as f32;
@@ -96,7 +102,13 @@ pub(in crate::simulation) fn uplift(
     // The trench runs half a cell in front of the overriding front.
     let half = 0.5 * recipe.spacing_km();
     let sources: Vec<(u32, f64)> = arcs.iter().map(|&(v, ..)| (v, half)).collect();
-    let behind = reach(mesh, recipe.radius_km, &sources, constants.arc_reach, |_| true);
+    let behind = reach(
+        mesh,
+        recipe.radius_km,
+        &sources,
+        constants.arc_reach,
+        |_| true,
+    );
     for (v, distance, source) in behind.found {
         let (front, speed, slip) = arcs[source as usize];
         let v = v as usize;
@@ -151,7 +163,11 @@ pub(in crate::simulation) fn folded(
     /// β: at 50 km/My a fold belt is fully aligned after 20 My. The paper gives no value.
     const BETA: f64 = 1e-3;
     // Folding has an axis, not a sense: add along whichever way the belt already leans.
-    let lean = if slip.dot(fold.as_dvec3()) < 0.0 { -slip } else { slip };
+    let lean = if slip.dot(fold.as_dvec3()) < 0.0 {
+        -slip
+    } else {
+        slip
+    };
     let sum = fold.as_dvec3() + lean * (BETA * time);
     (sum - site * site.dot(sum)).clamp_length_max(1.0).as_vec3()
 }
@@ -198,7 +214,9 @@ mod tests {
 
     #[test]
     fn an_arc_hands_out_all_of_its_magma() {
-        let sum: f64 = (0..5200).map(|i| arc_profile(f64::from(i) * 0.1 + 0.05, 200.0, 520.0) * 0.1).sum();
+        let sum: f64 = (0..5200)
+            .map(|i| arc_profile(f64::from(i) * 0.1 + 0.05, 200.0, 520.0) * 0.1)
+            .sum();
         assert!((sum - 1.0).abs() < 1e-6, "{sum}");
         assert!(arc_profile(200.0, 200.0, 520.0) > arc_profile(100.0, 200.0, 520.0));
     }

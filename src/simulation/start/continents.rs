@@ -39,7 +39,11 @@ pub(super) fn lay(recipe: &Recipe, mesh: &SphereMesh<EdgeState>) -> Ground {
     let cratons: Vec<(DVec3, f64, f64)> = (0..count)
         .map(|_| {
             let radius = RADII.start + (RADII.end - RADII.start) * streams::unit(&mut rng);
-            (streams::direction(&mut rng), radius, 600.0 + 2400.0 * streams::unit(&mut rng))
+            (
+                streams::direction(&mut rng),
+                radius,
+                600.0 + 2400.0 * streams::unit(&mut rng),
+            )
         })
         .collect();
     let ragged = Outline::new(&mut rng, 1.6);
@@ -61,11 +65,19 @@ pub(super) fn lay(recipe: &Recipe, mesh: &SphereMesh<EdgeState>) -> Ground {
         })
         .collect();
     let mut order: Vec<u32> = (0..field.len() as u32).collect();
-    order.sort_by(|&a, &b| field[b as usize].0.total_cmp(&field[a as usize].0).then(a.cmp(&b)));
+    order.sort_by(|&a, &b| {
+        field[b as usize]
+            .0
+            .total_cmp(&field[a as usize].0)
+            .then(a.cmp(&b))
+    });
     let wanted = (recipe.continental_share * field.len() as f64).round() as usize;
     let coast = order.get(wanted).map_or(f64::MIN, |&v| field[v as usize].0);
 
-    let mut ground = Ground { thickness: vec![None; field.len()], age: vec![0.0; field.len()] };
+    let mut ground = Ground {
+        thickness: vec![None; field.len()],
+        age: vec![0.0; field.len()],
+    };
     for &v in &order[..wanted.min(order.len())] {
         let (height, age) = field[v as usize];
         let inland = ((height - coast) / 0.12).clamp(0.0, 1.0);

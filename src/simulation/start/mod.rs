@@ -67,7 +67,13 @@ pub(super) fn populate(world: &mut World, recipe: &Recipe) -> Result<(), Tectoni
         })
         .collect();
     for (plate, &rotation) in rotations.iter().enumerate() {
-        world.spawn((Plate { id: PlateId(plate as u16 + 1) }, Rotation(rotation), PlateBorn(0.0)));
+        world.spawn((
+            Plate {
+                id: PlateId(plate as u16 + 1),
+            },
+            Rotation(rotation),
+            PlateBorn(0.0),
+        ));
     }
     let mut rows = Vec::with_capacity(mesh.vertex_count());
     for v in 0..mesh.vertex_count() {
@@ -77,7 +83,11 @@ pub(super) fn populate(world: &mut World, recipe: &Recipe) -> Result<(), Tectoni
                 ledger.initial_km3 += thickness * cell;
                 (Crust::Continental, thickness, ground.age[v])
             }
-            None => (Crust::Oceanic, constants.ridges.oceanic_thickness, layout.age[v]),
+            None => (
+                Crust::Oceanic,
+                constants.ridges.oceanic_thickness,
+                layout.age[v],
+            ),
         };
         let rotation = rotations[usize::from(layout.plate[v].0) - 1];
         rows.push((
@@ -94,10 +104,16 @@ pub(super) fn populate(world: &mut World, recipe: &Recipe) -> Result<(), Tectoni
     }
     world.spawn_batch(rows);
     let fastest = FIRST_SPEEDS.end;
-    world.insert_resource(Clock { fastest, ..default() });
+    world.insert_resource(Clock {
+        fastest,
+        ..default()
+    });
     world.insert_resource(NextPlateId(recipe.plates as u16 + 1));
     world.insert_resource(Topology(mesh));
-    world.insert_resource(Splits { suspected: true, regrouped: true });
+    world.insert_resource(Splits {
+        suspected: true,
+        regrouped: true,
+    });
     world.insert_resource(ledger);
     world.insert_resource(sea);
     Ok(())
@@ -120,8 +136,14 @@ fn scatter(recipe: &Recipe) -> Vec<DVec3> {
             let ring = (1.0 - y * y).max(0.0).sqrt();
             let (sin, cos) = libm::sincos(golden * i);
             // What the mesh is built from is what the column can hold.
-            DVec3::new(ring * cos, ring * sin, y).as_vec3().as_dvec3().normalize()
+            DVec3::new(ring * cos, ring * sin, y)
+                .as_vec3()
+                .as_dvec3()
+                .normalize()
         })
         .collect();
-    hilbert_order(&points).into_iter().map(|i| points[i as usize]).collect()
+    hilbert_order(&points)
+        .into_iter()
+        .map(|i| points[i as usize])
+        .collect()
 }

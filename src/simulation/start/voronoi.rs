@@ -23,8 +23,9 @@ const OLDEST: f64 = 150.0;
 /// Gives every sub-plate to the nearest centre; sea floor is older away from the cell's rim.
 pub(super) fn lay_out(recipe: &Recipe, mesh: &SphereMesh<EdgeState>) -> Layout {
     let mut rng = streams::stream(recipe.seed, Purpose::Plates, 0, 0);
-    let centres: Vec<DVec3> =
-        (0..recipe.plates).map(|_| streams::direction(&mut rng)).collect();
+    let centres: Vec<DVec3> = (0..recipe.plates)
+        .map(|_| streams::direction(&mut rng))
+        .collect();
     let outlines = [(); 3].map(|()| Outline::new(&mut rng, 1.4));
     let (plate, age) = mesh
         .sites()

@@ -79,7 +79,11 @@ pub(in crate::simulation) fn bend_margins(
             let soft = shift[i] * softness;
             shift[i] = soft - site * site.dot(soft);
             let speed = shift[i] * (radius / step);
-            let speed = if speed.length() < STILL { DVec3::ZERO } else { speed };
+            let speed = if speed.length() < STILL {
+                DVec3::ZERO
+            } else {
+                speed
+            };
             deviation[v as usize].0 = speed.as_vec3();
             v
         })
@@ -87,8 +91,10 @@ pub(in crate::simulation) fn bend_margins(
         .into_iter()
         .map(|v| margin.strain(mesh, &shift, v))
         .collect();
-    let (thickness, area) =
-        (thickness.bypass_change_detection(), area.bypass_change_detection());
+    let (thickness, area) = (
+        thickness.bypass_change_detection(),
+        area.bypass_change_detection(),
+    );
     for (&v, strain) in margin.vertices.iter().zip(strains) {
         // Volume = thickness × area stays exactly.
         let ratio = 1.0 + strain.clamp(-LARGEST_STRAIN, LARGEST_STRAIN);
@@ -128,7 +134,8 @@ fn collision_pushes(
         }
     }
     pushes.sort_by(|a, b| {
-        a.0.cmp(&b.0).then(b.1.length_squared().total_cmp(&a.1.length_squared()))
+        a.0.cmp(&b.0)
+            .then(b.1.length_squared().total_cmp(&a.1.length_squared()))
     });
     pushes.dedup_by_key(|(vertex, _)| *vertex);
     pushes
@@ -149,7 +156,9 @@ impl Margin {
         deviation: &[Deviation],
         pushes: &[(u32, DVec3)],
     ) -> Self {
-        let rings = (recipe.constants.margins.width / recipe.spacing_km()).round().max(1.0) as usize;
+        let rings = (recipe.constants.margins.width / recipe.spacing_km())
+            .round()
+            .max(1.0) as usize;
         let mut place = vec![NONE; mesh.vertex_count()];
         let mut vertices: Vec<u32> = pushes.iter().map(|(v, _)| *v).collect();
         for &v in &vertices {
@@ -217,8 +226,12 @@ impl Margin {
         for edge in edges {
             let (u, v) = mesh.endpoints(edge);
             let across = [mesh.apex(2 * edge), mesh.apex(2 * edge + 1)];
-            let lengths = [[u, v], across]
-                .map(|[a, b]| (mesh.site(a).distance(mesh.site(b)), plate[a as usize] == plate[b as usize]));
+            let lengths = [[u, v], across].map(|[a, b]| {
+                (
+                    mesh.site(a).distance(mesh.site(b)),
+                    plate[a as usize] == plate[b as usize],
+                )
+            });
             let state = mesh.payload_mut(edge);
             // The rest length follows what lasts, and is measured anew where there was none.
             let settle = |rest: &mut f32, (length, joined): (f64, bool)| -> Option<f64> {
@@ -226,13 +239,20 @@ impl Margin {
                     *rest = 0.0;
                     return None;
                 }
-                let old = if *rest > 0.0 { f64::from(*rest) } else { length };
+                let old = if *rest > 0.0 {
+                    f64::from(*rest)
+                } else {
+                    length
+                };
                 let relaxed = old + (length - old) * flow;
                 let (low, high) = (1.0 - constants.yield_strain, 1.0 + constants.yield_strain);
                 *rest = relaxed.clamp(length * low, length * high) as f32;
                 Some(f64::from(*rest))
             };
-            let rests = [settle(&mut state.rest, lengths[0]), settle(&mut state.cross_rest, lengths[1])];
+            let rests = [
+                settle(&mut state.rest, lengths[0]),
+                settle(&mut state.cross_rest, lengths[1]),
+            ];
             for (ends, rest) in [[u, v], across].into_iter().zip(rests) {
                 springs.extend(rest.map(|rest| Spring {
                     ends: ends.map(|v| self.place(v)),
@@ -270,9 +290,7 @@ impl Margin {
 
     /// Relative growth of the triangles around a vertex under the displacements.
     fn strain(&self, mesh: &SphereMesh<EdgeState>, shift: &[DVec3], v: u32) -> f64 {
-        let moved = |w: u32| {
-            mesh.site(w) + self.place(w).map_or(DVec3::ZERO, |place| shift[place])
-        };
+        let moved = |w: u32| mesh.site(w) + self.place(w).map_or(DVec3::ZERO, |place| shift[place]);
         let (mut before, mut after) = (0.0, 0.0);
         for h in mesh.outgoing(v) {
             let [a, b, c] = mesh.triangle_vertices(h);
@@ -280,6 +298,10 @@ impl Margin {
             before += area(mesh.site(a), mesh.site(b), mesh.site(c));
             after += area(moved(a), moved(b), moved(c));
         }
-        if before > 0.0 { after / before - 1.0 } else { 0.0 }
+        if before > 0.0 {
+            after / before - 1.0
+        } else {
+            0.0
+        }
     }
 }

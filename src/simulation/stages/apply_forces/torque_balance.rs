@@ -46,20 +46,36 @@ pub(in crate::simulation) fn balance_torques(
     boundaries: Res<Boundaries>,
     contacts: Res<Contacts>,
     topology: Res<Topology>,
-    mut plates: Query<(Entity, &Plate, &mut Rotation, &PlateBorn, &mut DrivingTorque)>,
+    mut plates: Query<(
+        Entity,
+        &Plate,
+        &mut Rotation,
+        &PlateBorn,
+        &mut DrivingTorque,
+    )>,
     mut sub_plates: Query<(&PlateId, &Crust, &Created, &MaterialArea, &Slab), With<SubPlate>>,
 ) -> Result<(), TectonicError> {
     let mesh = &topology.0;
     let (plate, crust, created, area, slab) = sub_plates.columns(mesh.vertex_count())?;
-    let table =
-        PlateTable::gather(plates.iter().map(|(e, plate, rotation, born, _)| (e, plate, rotation, born)));
+    let table = PlateTable::gather(
+        plates
+            .iter()
+            .map(|(e, plate, rotation, born, _)| (e, plate, rotation, born)),
+    );
     let constants = &recipe.constants.motion;
 
     let count = table.rows().len();
     let mut system = System::new(count);
-    for (i, drag) in drag_tensors(&workers, &recipe, mesh.sites(), plate, crust, area, &table).into_iter().enumerate() {
+    for (i, drag) in drag_tensors(&workers, &recipe, mesh.sites(), plate, crust, area, &table)
+        .into_iter()
+        .enumerate()
+    {
         let spin = SPIN_DRAG * (drag.x_axis.x + drag.y_axis.y + drag.z_axis.z);
-        system.add(i, i, drag + DMat3::from_diagonal(DVec3::splat(spin.max(1.0))));
+        system.add(
+            i,
+            i,
+            drag + DMat3::from_diagonal(DVec3::splat(spin.max(1.0))),
+        );
     }
     let mut torques = vec![DrivingTorque::default(); count];
     for front in &boundaries.fronts {
@@ -67,15 +83,31 @@ pub(in crate::simulation) fn balance_torques(
             continue;
         };
         let pair = [i, j];
-        drive(front, pair, &recipe, &clock, &contacts, created, slab, &mut torques);
+        drive(
+            front,
+            pair,
+            &recipe,
+            &clock,
+            &contacts,
+            created,
+            slab,
+            &mut torques,
+        );
         let along = front.midpoint.cross(front.direction);
-        system.couple(i, j, front.midpoint.cross(along), constants.friction * front.length);
+        system.couple(
+            i,
+            j,
+            front.midpoint.cross(along),
+            constants.friction * front.length,
+        );
         let across = if front.opening >= 0.0 {
             0.0
         } else if front.continental {
             let depth = contacts
                 .get(front.plates[0], front.plates[1])
-                .map_or(0.0, |contact| contact.interpenetration / constants.collision_length);
+                .map_or(0.0, |contact| {
+                    contact.interpenetration / constants.collision_length
+                });
             constants.collision * (COLLISION_FIRST + depth.min(COLLISION_MOST))
         } else {
             constants.friction
@@ -86,9 +118,9 @@ pub(in crate::simulation) fn balance_torques(
         let sum = torque.slab_pull + torque.slab_suction + torque.ridge_push;
         system.load(i, sum / recipe.radius_km);
     }
-    let target = system
-        .solve()
-        .ok_or(TectonicError::TorqueBalance { time_my: clock.time_my })?;
+    let target = system.solve().ok_or(TectonicError::TorqueBalance {
+        time_my: clock.time_my,
+    })?;
 
     let share = 1.0 - libm::exp(-clock.step_my / constants.response);
     for (row, plate) in table.rows().iter().enumerate() {
@@ -150,9 +182,14 @@ fn drag_tensors(
     let parts = workers.map(plate.len(), |range| {
         let mut sums = vec![[0.0_f64; 7]; table.rows().len()];
         for v in range {
-            let Some(row) = table.row(plate[v]) else { continue };
-            let drag =
-                if crust[v].is_continental() { constants.continent_drag } else { constants.ocean_drag };
+            let Some(row) = table.row(plate[v]) else {
+                continue;
+            };
+            let drag = if crust[v].is_continental() {
+                constants.continent_drag
+            } else {
+                constants.ocean_drag
+            };
             let (w, r) = (drag * area[v].0, sites[v]);
             let sum = &mut sums[row];
             sum[0] += w;
@@ -195,7 +232,11 @@ struct System {
 impl System {
     fn new(plates: usize) -> Self {
         let size = 3 * plates;
-        Self { size, matrix: vec![0.0; size * size], right: vec![0.0; size] }
+        Self {
+            size,
+            matrix: vec![0.0; size * size],
+            right: vec![0.0; size],
+        }
     }
 
     /// Adds a block at the rows of plate `i` and the columns of plate `j`.

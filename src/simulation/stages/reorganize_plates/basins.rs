@@ -1,13 +1,8 @@
 //! Enclosed seas: sea floor that no ridge feeds and no trench eats fills up from its rim.
 
 use super::super::super::{
-    clock::Clock,
-    columns::Columns,
-    error::TectonicError,
-    ledger::Ledger,
-    recipe::Recipe,
-    sub_plate::*,
-    topology::Topology,
+    clock::Clock, columns::Columns, error::TectonicError, ledger::Ledger, recipe::Recipe,
+    sub_plate::*, topology::Topology,
 };
 use crate::mesh::NONE;
 use bevy::prelude::*;
@@ -59,7 +54,10 @@ pub(in crate::simulation) fn fill_basins(
         }
         let rim: Vec<u32> = members
             .into_iter()
-            .filter(|&v| mesh.neighbours(v).any(|w| crust[w as usize].is_continental()))
+            .filter(|&v| {
+                mesh.neighbours(v)
+                    .any(|w| crust[w as usize].is_continental())
+            })
             .collect();
         for v in rim.into_iter().map(|v| v as usize) {
             thickness[v].0 += FILL_RATE * time;

@@ -75,7 +75,10 @@ pub(in crate::simulation) fn founder(
                 break;
             }
         }
-        if mesh.neighbours(v as u32).any(|w| crust[w as usize].is_continental()) {
+        if mesh
+            .neighbours(v as u32)
+            .any(|w| crust[w as usize].is_continental())
+        {
             score += MARGIN_BONUS;
         }
         candidates.push((score, v));
@@ -83,7 +86,9 @@ pub(in crate::simulation) fn founder(
     // Much old floor, or a little that is very old.
     let oldest = candidates.iter().map(|&(_, v)| age(v)).fold(0.0, f64::max);
     let overdue = (oldest - constants.founder_age) / OVERDUE;
-    let urgency = (old_area / sphere / OLD_SHARE).max(overdue).min(MOST_URGENT);
+    let urgency = (old_area / sphere / OLD_SHARE)
+        .max(overdue)
+        .min(MOST_URGENT);
     let mut rng = streams::stream(recipe.seed, Purpose::Foundering, clock.steps, 0);
     let chance = 1.0 - libm::exp(-time / constants.founder_time * urgency);
     if candidates.is_empty() || streams::unit(&mut rng) >= chance {
@@ -129,9 +134,16 @@ pub(in crate::simulation) fn founder(
             }
         }
         splits.suspected = true;
-        commands.spawn((Plate { id }, Rotation(table.rotation(parent)), PlateBorn(clock.time_my)));
-        let contact =
-            Contact { last_my: clock.time_my, subducting: Some(id), ..default() };
+        commands.spawn((
+            Plate { id },
+            Rotation(table.rotation(parent)),
+            PlateBorn(clock.time_my),
+        ));
+        let contact = Contact {
+            last_my: clock.time_my,
+            subducting: Some(id),
+            ..default()
+        };
         contacts.0.insert(Contacts::key(parent, id), contact);
         break;
     }
@@ -150,7 +162,9 @@ fn sinking_piece(
     outline: &Outline,
 ) -> Vec<usize> {
     let site = mesh.site(v as u32);
-    let beside_land = mesh.neighbours(v as u32).any(|w| crust[w as usize].is_continental());
+    let beside_land = mesh
+        .neighbours(v as u32)
+        .any(|w| crust[w as usize].is_continental());
     // In the open sea the front must run through the vertex: one side of a line stays.
     let normal = if beside_land {
         glam::DVec3::ZERO
@@ -169,9 +183,15 @@ fn sinking_piece(
             && !crust[w as usize].is_continental()
             && place.distance(site) * recipe.radius_km < far * (1.0 + 0.35 * outline.at(place))
     };
-    reach(mesh, recipe.radius_km, &[(v as u32, 0.0)], 2.0 * far, inside)
-        .found
-        .into_iter()
-        .map(|(w, ..)| w as usize)
-        .collect()
+    reach(
+        mesh,
+        recipe.radius_km,
+        &[(v as u32, 0.0)],
+        2.0 * far,
+        inside,
+    )
+    .found
+    .into_iter()
+    .map(|(w, ..)| w as usize)
+    .collect()
 }

@@ -44,8 +44,16 @@ pub(in crate::simulation) fn smooth_fronts(
         return Ok(());
     }
     let mesh = &topology.0;
-    let (mut plate, mut crust, mut thickness, mut area, mut created, mut orogeny, mut began, mut fold) =
-        sub_plates.columns(mesh.vertex_count())?;
+    let (
+        mut plate,
+        mut crust,
+        mut thickness,
+        mut area,
+        mut created,
+        mut orogeny,
+        mut began,
+        mut fold,
+    ) = sub_plates.columns(mesh.vertex_count())?;
     let mut ground = Ground {
         plate: plate.bypass_change_detection(),
         crust: crust.bypass_change_detection(),
@@ -73,7 +81,9 @@ pub(in crate::simulation) fn smooth_fronts(
                 .neighbours(v as u32)
                 .map(|w| w as usize)
                 .filter(|&w| ground.plate[w] == winner && !ground.crust[w].is_continental())
-                .fold((0.0, 0.0), |(sum, n), w| (sum + ground.created[w].0, n + 1.0));
+                .fold((0.0, 0.0), |(sum, n), w| {
+                    (sum + ground.created[w].0, n + 1.0)
+                });
             ground.created[v].0 = sum / n;
             // Unless its own rock came back over it for want of room elsewhere.
             if ground.crust[v].is_continental() {
@@ -95,10 +105,16 @@ fn surrounded_by(
 ) -> Option<PlateId> {
     let own = ground.plate[v as usize];
     // Interior vertices, nearly all of them, end here.
-    let other = mesh.neighbours(v).map(|w| ground.plate[w as usize]).find(|id| *id != own)?;
+    let other = mesh
+        .neighbours(v)
+        .map(|w| ground.plate[w as usize])
+        .find(|id| *id != own)?;
     let mut best = (0_u32, other);
     let mut degree = 0_u32;
-    let candidates: Vec<PlateId> = mesh.neighbours(v).map(|w| ground.plate[w as usize]).collect();
+    let candidates: Vec<PlateId> = mesh
+        .neighbours(v)
+        .map(|w| ground.plate[w as usize])
+        .collect();
     for &id in candidates.iter().filter(|id| **id != own) {
         let count = mesh
             .neighbours(v)

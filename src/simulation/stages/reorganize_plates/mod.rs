@@ -46,7 +46,12 @@ impl Splits {
     }
 
     /// A vertex whose plate does not lie in one run around it may have held that plate together.
-    pub(in crate::simulation) fn note_removal(&mut self, ring: &[u32], own: PlateId, plate: &[PlateId]) {
+    pub(in crate::simulation) fn note_removal(
+        &mut self,
+        ring: &[u32],
+        own: PlateId,
+        plate: &[PlateId],
+    ) {
         let own = |i: usize| plate[ring[i % ring.len()] as usize] == own;
         let runs = (0..ring.len()).filter(|&i| own(i) && !own(i + 1)).count();
         let whole = ring.is_empty() || (0..ring.len()).all(own);

@@ -45,7 +45,9 @@ pub(in crate::simulation) fn rift(
     let plate = plate.bypass_change_detection();
     let constants = &recipe.constants.plates;
     let table = PlateTable::gather(
-        plates.iter().map(|(entity, plate, rotation, born)| (entity, plate, rotation, born)),
+        plates
+            .iter()
+            .map(|(entity, plate, rotation, born)| (entity, plate, rotation, born)),
     );
     let sphere = 4.0 * core::f64::consts::PI * recipe.radius_km * recipe.radius_km;
     let areas = plate_areas(&table, plate, area);
@@ -58,8 +60,11 @@ pub(in crate::simulation) fn rift(
             continue;
         }
         let members: Vec<usize> = (0..plate.len()).filter(|&v| plate[v] == row.id).collect();
-        let land: Vec<usize> =
-            members.iter().copied().filter(|&v| crust[v].is_continental()).collect();
+        let land: Vec<usize> = members
+            .iter()
+            .copied()
+            .filter(|&v| crust[v].is_continental())
+            .collect();
         let land_share = land.iter().map(|&v| area[v].0).sum::<f64>() / size.max(1.0);
         let rate =
             constants.rift_rate * (0.3 + 2.0 * land_share) * (share / NOMINAL_SHARE) * urgency;
@@ -68,7 +73,11 @@ pub(in crate::simulation) fn rift(
             continue;
         }
         let places = if land.len() >= 2 { &land } else { &members };
-        let mut ends = (0.0, mesh.site(places[0] as u32), mesh.site(places[0] as u32));
+        let mut ends = (
+            0.0,
+            mesh.site(places[0] as u32),
+            mesh.site(places[0] as u32),
+        );
         for _ in 0..TRIES {
             let a = mesh.site(places[streams::below(&mut rng, places.len())] as u32);
             let b = mesh.site(places[streams::below(&mut rng, places.len())] as u32);
@@ -96,12 +105,19 @@ pub(in crate::simulation) fn rift(
             plate[v] = id;
         }
         splits.suspected = true;
-        commands.spawn((Plate { id }, Rotation(row.rotation), PlateBorn(clock.time_my)));
+        commands.spawn((
+            Plate { id },
+            Rotation(row.rotation),
+            PlateBorn(clock.time_my),
+        ));
         if let Ok((.., mut born)) = plates.get_mut(row.entity) {
             born.0 = clock.time_my;
         }
-        let contact =
-            Contact { last_my: clock.time_my, rifted_my: Some(clock.time_my), ..default() };
+        let contact = Contact {
+            last_my: clock.time_my,
+            rifted_my: Some(clock.time_my),
+            ..default()
+        };
         contacts.0.insert(Contacts::key(row.id, id), contact);
     }
     Ok(())

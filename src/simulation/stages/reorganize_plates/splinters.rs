@@ -105,13 +105,22 @@ pub(in crate::simulation) fn absorb_splinters(
             if is_main && !tiny {
                 continue;
             }
-            if !is_main && round == 0 && size[piece] > constants.orphan * sphere
+            if !is_main
+                && round == 0
+                && size[piece] > constants.orphan * sphere
                 && let Some(new) = next.take()
             {
                 claim(mesh, &of, piece as u32, first, |v| plate[v as usize] = new);
                 let rotation = table.rotation(id);
-                commands.spawn((Plate { id: new }, Rotation(rotation), PlateBorn(clock.time_my)));
-                let contact = Contact { last_my: clock.time_my, ..default() };
+                commands.spawn((
+                    Plate { id: new },
+                    Rotation(rotation),
+                    PlateBorn(clock.time_my),
+                ));
+                let contact = Contact {
+                    last_my: clock.time_my,
+                    ..default()
+                };
                 contacts.0.insert(Contacts::key(id, new), contact);
                 changed = true;
                 continue;

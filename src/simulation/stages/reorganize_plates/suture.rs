@@ -35,7 +35,9 @@ pub(in crate::simulation) fn suture(
     }
     let constants = &recipe.constants.plates;
     let table = PlateTable::gather(
-        plates.iter().map(|(entity, plate, rotation, born)| (entity, plate, rotation, born)),
+        plates
+            .iter()
+            .map(|(entity, plate, rotation, born)| (entity, plate, rotation, born)),
     );
     if table.rows().len() <= 2 {
         return Ok(());
