@@ -127,6 +127,10 @@ constants! {
         /// Weight of neighbours when the strike of a front is smoothed (two passes). Raw directions
         /// of edges make and eat crust at transforms at 20 % of their slip; smoothed ones 5 % (study).
         smoothing = 0.7 in 0.0..=1.0 "",
+        /// A trench turns round where the overriding sea floor has become older than the sinking one
+        /// by this much (as at the Solomon Islands). Less makes fronts flicker; without it small old
+        /// plates override for ever.
+        reversal = 60.0 in 10.0..=1000.0 "My",
         /// A front without contact for this long forgets which side subducts.
         memory = 20.0 in 1.0..=200.0 "My",
     }
@@ -271,7 +275,7 @@ constants! {
     /// Wear, sediment, isostasy.
     ErosionConstants("erosion") {
         /// Speed of erosion: `rate · x²/(x + 1)`, x = km above base level.
-        rate = 0.14 in 0.0..=2.0 "km/My",
+        rate = 0.115 in 0.0..=2.0 "km/My",
         /// Slope of the base level inland from the crust's edge. Erosion to sea level itself lets land
         /// swing between 12 and 38 % (study).
         base_slope = 0.2 in 0.0..=2.0 "m/km",
@@ -284,7 +288,7 @@ constants! {
         /// Height gained per km of continental crust (Airy, with a mantle of 3,300 kg/m³).
         isostasy = 155.0 in 50.0..=400.0 "m/km",
         /// Thickness of continental crust whose surface lies at the reference level.
-        reference_thickness = 35.0 in 20.0..=50.0 "km",
+        reference_thickness = 35.6 in 20.0..=50.0 "km",
         /// Thickness of sediment on old sea floor.
         sediment_thickest = 450.0 in 0.0..=3000.0 "m",
         /// Sediment laid down on sea floor.

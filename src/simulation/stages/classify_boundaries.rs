@@ -228,14 +228,13 @@ fn remember_contacts(
             0.0
         };
         contact.interpenetration += contact.closing * clock.step_my;
-        if contact.subducting.is_none() && sum.oceanic > 0.0 {
-            // The older side is the denser one; fixed while they touch, or fronts grow fingers.
-            let older = if sum.created[0] <= sum.created[1] {
-                key.0
-            } else {
-                key.1
-            };
-            contact.subducting = Some(older);
+        if sum.oceanic > 0.0 {
+            // The older side is the denser one; kept while they touch, or fronts grow fingers.
+            let lead = (sum.created[1] - sum.created[0]) / sum.oceanic;
+            let older = if lead >= 0.0 { key.0 } else { key.1 };
+            if contact.subducting.is_none() || lead.abs() > constants.reversal {
+                contact.subducting = Some(older);
+            }
         }
     }
     contacts

@@ -93,7 +93,6 @@ pub(in crate::simulation) fn erode(
     let mut margins = OldMargins {
         recipe: &recipe,
         mesh,
-        plate,
         crust,
         thickness,
         area,
@@ -107,11 +106,13 @@ pub(in crate::simulation) fn erode(
 /// Age after [`margin_age`](ErosionConstants::margin_age) at which margins grow at nominal speed, in My.
 const MARGIN_RIPE: f64 = 40.0;
 
+/// Ripeness at which even floor at a trench is buried.
+const STALLED: f64 = 2.5;
+
 /// Sea floor beside continents that sediment may turn into continent.
 struct OldMargins<'a> {
     recipe: &'a Recipe,
     mesh: &'a SphereMesh<EdgeState>,
-    plate: &'a [PlateId],
     crust: &'a mut [Crust],
     thickness: &'a mut [Thickness],
     area: &'a [MaterialArea],
@@ -129,15 +130,15 @@ impl OldMargins<'_> {
         let mut grown = Vec::new();
         for v in 0..self.crust.len() {
             let ripe = (now - f64::from(self.created[v].0) - constants.margin_age) / MARGIN_RIPE;
-            if self.crust[v].is_continental() || ripe <= 0.0 || self.trench[v].0 > 0.0 {
+            // A trench swallows what rivers bring, unless it has hardly moved for an age.
+            let swallowed = self.trench[v].0 > 0.0 && ripe < STALLED;
+            if self.crust[v].is_continental() || ripe <= 0.0 || swallowed {
                 continue;
             }
             let (mut land, mut degree) = (0.0, 0.0);
-            for w in self.mesh.neighbours(v as u32).map(|w| w as usize) {
+            for w in self.mesh.neighbours(v as u32) {
                 degree += 1.0;
-                land += f64::from(u8::from(
-                    self.crust[w].is_continental() && self.plate[w] == self.plate[v],
-                ));
+                land += f64::from(u8::from(self.crust[w as usize].is_continental()));
             }
             if land == 0.0 {
                 continue;
