@@ -130,7 +130,7 @@ constants! {
         /// A trench turns round where the overriding sea floor has become older than the sinking one
         /// by this much (as at the Solomon Islands). Less makes fronts flicker; without it small old
         /// plates override for ever.
-        reversal = 60.0 in 10.0..=1000.0 "My",
+        reversal = 90.0 in 10.0..=1000.0 "My",
         /// A front without contact for this long forgets which side subducts.
         memory = 20.0 in 1.0..=200.0 "My",
     }
@@ -170,7 +170,7 @@ constants! {
         continent_drag = 1.7 in 0.1..=20.0 "per km² and km/My",
         /// Pull of a full slab of 80 My on its plate, per km of trench (study; Yggdrasill's 5e-8 m/yr²
         /// acts on single vertices and dilutes as the mesh is refined).
-        slab_pull = 7.5e5 in 0.0..=1.0e7 "per km",
+        slab_pull = 7.0e5 in 0.0..=1.0e7 "per km",
         /// Suction of the same slab on the overriding plate.
         slab_suction = 2.5e5 in 0.0..=1.0e7 "per km",
         /// Length of slab that pulls with full force.
@@ -225,7 +225,7 @@ constants! {
     /// Arcs, trenches, plateaus.
     UpliftConstants("uplift") {
         /// Magma of an arc at 60 km/My of convergence, per km of trench.
-        arc_flux = 70.0 in 0.0..=500.0 "km³/km/My",
+        arc_flux = 80.0 in 0.0..=500.0 "km³/km/My",
         /// Distance of the arc's crest from the trench.
         arc_distance = 200.0 in 50.0..=800.0 "km",
         /// Distance at which arc magmatism ends.
@@ -275,7 +275,7 @@ constants! {
     /// Wear, sediment, isostasy.
     ErosionConstants("erosion") {
         /// Speed of erosion: `rate · x²/(x + 1)`, x = km above base level.
-        rate = 0.115 in 0.0..=2.0 "km/My",
+        rate = 0.1 in 0.0..=2.0 "km/My",
         /// Slope of the base level inland from the crust's edge. Erosion to sea level itself lets land
         /// swing between 12 and 38 % (study).
         base_slope = 0.2 in 0.0..=2.0 "m/km",
@@ -336,9 +336,9 @@ constants! {
         /// Number of plates around which the rate of rifting is balanced.
         plate_count = 14.0 in 2.0..=60.0 "plates",
         /// Sea floor older than this may start to founder (Earth's oldest: 180 My).
-        founder_age = 130.0 in 40.0..=500.0 "My",
+        founder_age = 148.0 in 40.0..=500.0 "My",
         /// Mean time until it does.
-        founder_time = 15.0 in 1.0..=500.0 "My",
+        founder_time = 12.0 in 1.0..=500.0 "My",
         /// Smallest reach of a new subduction zone's plate.
         founder_near = 3500.0 in 200.0..=10000.0 "km",
         /// Largest reach.

@@ -28,7 +28,7 @@ const TRIES: usize = 8;
 const OLD_SHARE: f64 = 0.01;
 const MOST_URGENT: f64 = 3.0;
 /// Age beyond the first at which any floor founders at the nominal rate, in My.
-const OVERDUE: f64 = 40.0;
+const OVERDUE: f64 = 20.0;
 /// Slab that a new trench starts with where the floor is old, in km. It must overcome the friction
 /// of a front that does not move yet.
 const FIRST_SLAB: f32 = 600.0;
