@@ -3,7 +3,7 @@
 use bevy::reflect::GetPath;
 use bevy_tectonics::prelude::*;
 use bevy_tectonics::simulation::{Drive, Start};
-use proptest::prelude::*;
+use proptest::{prelude::*, test_runner::RngSeed};
 
 /// A constant as its declaration states it.
 #[derive(Debug, Clone)]
@@ -277,8 +277,9 @@ fn recipes() -> impl Strategy<Value = Recipe> {
     })
 }
 
+// The same recipes every time; another seed and more cases look further.
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 192, failure_persistence: None, ..Default::default() })]
+    #![proptest_config(ProptestConfig { cases: 192, rng_seed: RngSeed::Fixed(1), failure_persistence: None, ..Default::default() })]
 
     /// A step may give up with an error that says why, such as a mesh beyond repair under constants
     /// that no planet has; it may never leave a planet that breaks a promise.
@@ -295,65 +296,5 @@ proptest! {
         }
         let figures = history.statistics().unwrap();
         prop_assert!(figures.speed_mean.is_finite() && figures.mean_land_m.is_finite());
-    }
-}
-
-#[test]
-fn tmp_debug() {
-    use bevy::app::PluginGroup;
-    use bevy::prelude::*;
-    use bevy_tectonics::simulation::*;
-    struct P;
-    impl Plugin for P {
-        fn build(&self, app: &mut App) {
-            for stage in &TectonicSystems::ALL[..11] {
-                let stage = *stage;
-                let s = move |ledger: Res<Ledger>, clock: Res<Clock>, rows: Query<(&Crust, &Thickness, &MaterialArea), With<SubPlate>>| {
-                    let v: f64 = rows.iter().filter(|r| r.0.is_continental()).map(|r| r.1.0 * r.2.0).sum();
-                    let e = ledger.closing_error(v);
-                    if e.abs() > 1e-7 { println!("{} {:?} {e} n {} neg {}", clock.time_my, stage.name(), rows.iter().count(),
-                        rows.iter().filter(|r| r.1.0 <= 0.0 || r.2.0<=0.0).count()); }
-                };
-                app.add_systems(
-                    TectonicStep,
-                    s.after(stage)
-                        .before(
-                            TectonicSystems::ALL[(TectonicSystems::ALL
-                                .iter()
-                                .position(|s| *s == stage)
-                                .unwrap()
-                                + 1)
-                            .min(11)],
-                        )
-                        .ambiguous_with_all(),
-                );
-            }
-        }
-    }
-    let mut recipe = Recipe {
-        sub_plates: 200,
-        radius_km: 6555.21762010257,
-        duration_my: 0.0,
-        plates: 2,
-        continental_share: 0.41277130932720824,
-        land_share: 0.9,
-        ..Recipe::default()
-    };
-    for d in domains() {
-        set(&mut recipe, &d.path, d.low());
-    }
-    recipe.constants.step.longest = 5.0;
-    recipe.constants.step.geology = 9.97019704939017;
-    recipe.constants.ridges.closing_factor = 1.698892847552964;
-    recipe.constants.motion.response = 85.23271802578051;
-    recipe.constants.erosion.rate = 1.6150153189629415;
-    recipe.constants.erosion.base_edge = 0.0;
-    let mut h = History::with_plugins(recipe, SimulationPlugins.build().add(P)).unwrap();
-    for _ in 0..30 {
-        h.step().unwrap();
-        if h.check().is_err() {
-            println!("{:?} {:?}", h.check(), h.ledger());
-            break;
-        }
     }
 }
