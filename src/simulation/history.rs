@@ -132,6 +132,10 @@ impl History {
                 return Ok(Outcome::Cancelled);
             }
             self.step_towards(time_my)?;
+            // The step may have stopped between two stages; even a last one is then not finished.
+            if self.cancellation().is_cancelled() {
+                return Ok(Outcome::Cancelled);
+            }
             if each_step(&self.progress(time_my)).is_break() {
                 return Ok(Outcome::Cancelled);
             }

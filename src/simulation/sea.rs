@@ -49,9 +49,13 @@ impl Sea {
         (volume / whole, wet / whole)
     }
 
-    /// Finds the level at which the water fits. Newton's method on a convex, increasing function:
-    /// from any start it is on the safe side after one step.
-    pub(crate) fn settle(&mut self, heights: &[f64], area: &[MaterialArea]) {
+    /// Finds the level at which the water fits, given the height of every sub-plate in m above the
+    /// reference level and its area. Elevations are those heights less the new
+    /// [`level`](Self::level).
+    ///
+    /// Newton's method on a convex, increasing function: from any start it is on the safe side after
+    /// one step.
+    pub fn settle(&mut self, heights: &[f64], area: &[MaterialArea]) {
         for _ in 0..32 {
             let (depth, wet) = self.depth_at(self.level, heights, area);
             let step = (self.mean_depth - depth) / wet.max(1e-3);

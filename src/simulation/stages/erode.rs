@@ -72,7 +72,8 @@ pub(in crate::simulation) fn erode(
                 let excess = above / constants.isostasy;
                 worn += (excess - worn).max(0.0) * (1.0 - libm::exp(-time / constants.shelf_time));
             }
-            let worn = worn.min(above / constants.isostasy);
+            // Under a deep sea the base level may lie below the foot of the crust.
+            let worn = worn.min(above / constants.isostasy).min(thickness[v].0);
             thickness[v].0 -= worn;
             pool += worn * area[v].0;
         } else if above < 0.0 {

@@ -66,14 +66,13 @@ pub(super) fn populate(world: &mut World, recipe: &Recipe) -> Result<(), Tectoni
             streams::direction(&mut rng) * (speed / recipe.radius_km)
         })
         .collect();
-    for (plate, &rotation) in rotations.iter().enumerate() {
-        world.spawn((
-            Plate {
-                id: PlateId(plate as u16 + 1),
-            },
-            Rotation(rotation),
-            PlateBorn(0.0),
-        ));
+    // A centre between two others may have got no ground.
+    let mut ids = layout.plate.clone();
+    ids.sort_unstable();
+    ids.dedup();
+    for id in ids {
+        let rotation = rotations[usize::from(id.0) - 1];
+        world.spawn((Plate { id }, Rotation(rotation), PlateBorn(0.0)));
     }
     let mut rows = Vec::with_capacity(mesh.vertex_count());
     for v in 0..mesh.vertex_count() {

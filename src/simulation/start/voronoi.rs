@@ -5,13 +5,17 @@ use crate::{
     mesh::SphereMesh,
     simulation::{
         recipe::Recipe,
-        stages::reorganize_plates::Outline,
+        stages::reorganize_plates::{
+            Outline,
+            splinters::{Pieces, pieces},
+        },
         streams::{self, Purpose},
         sub_plate::PlateId,
         topology::EdgeState,
     },
 };
 use glam::DVec3;
+use std::collections::BTreeMap;
 
 /// Amplitude of the warp in radians.
 const WARP: f64 = 0.25;
@@ -27,7 +31,7 @@ pub(super) fn lay_out(recipe: &Recipe, mesh: &SphereMesh<EdgeState>) -> Layout {
         .map(|_| streams::direction(&mut rng))
         .collect();
     let outlines = [(); 3].map(|()| Outline::new(&mut rng, 1.4));
-    let (plate, age) = mesh
+    let (mut plate, age): (Vec<PlateId>, Vec<f64>) = mesh
         .sites()
         .iter()
         .map(|&site| {
@@ -47,5 +51,35 @@ pub(super) fn lay_out(recipe: &Recipe, mesh: &SphereMesh<EdgeState>) -> Layout {
             (PlateId(best.1 as u16 + 1), (rim / SPREADING).min(OLDEST))
         })
         .unzip();
+    join_strays(mesh, &mut plate);
     Layout { plate, age }
+}
+
+/// The warp cuts some cells: all but the largest piece of each join the plates around them.
+fn join_strays(mesh: &SphereMesh<EdgeState>, plate: &mut [PlateId]) {
+    loop {
+        let Pieces { of, pieces } = pieces(mesh, plate);
+        let mut size = vec![0_u32; pieces.len()];
+        for &piece in &of {
+            size[piece as usize] += 1;
+        }
+        let mut main: BTreeMap<PlateId, u32> = BTreeMap::new();
+        for (piece, &(id, _)) in pieces.iter().enumerate() {
+            let best = main.entry(id).or_insert(piece as u32);
+            if size[piece] > size[*best as usize] {
+                *best = piece as u32;
+            }
+        }
+        if main.len() == pieces.len() {
+            return;
+        }
+        // Main pieces only grow, and some stray touches one: this ends.
+        let stray = |v: usize| main[&pieces[of[v] as usize].0] != of[v];
+        for v in (0..plate.len()).filter(|&v| stray(v)) {
+            let solid = mesh.neighbours(v as u32).find(|&w| !stray(w as usize));
+            if let Some(w) = solid {
+                plate[v] = pieces[of[w as usize] as usize].0;
+            }
+        }
+    }
 }

@@ -84,7 +84,9 @@ pub(in crate::simulation) fn smooth_fronts(
                 .fold((0.0, 0.0), |(sum, n), w| {
                     (sum + ground.created[w].0, n + 1.0)
                 });
-            ground.created[v].0 = sum / n;
+            if n > 0.0 {
+                ground.created[v].0 = sum / n;
+            }
             // Unless its own rock came back over it for want of room elsewhere.
             if ground.crust[v].is_continental() {
                 continue;

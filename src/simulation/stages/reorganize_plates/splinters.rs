@@ -82,6 +82,8 @@ pub(in crate::simulation) fn absorb_splinters(
     let table = PlateTable::gather(plates.p0().iter());
     let sphere = 4.0 * core::f64::consts::PI * recipe.radius_km * recipe.radius_km;
     let constants = &recipe.constants.plates;
+    // A plate too small to last would be gone again before its entity is there.
+    let orphan = constants.orphan.max(constants.smallest) * sphere;
 
     for round in 0..ROUNDS {
         let Pieces { of, pieces } = pieces(mesh, plate);
@@ -107,7 +109,7 @@ pub(in crate::simulation) fn absorb_splinters(
             }
             if !is_main
                 && round == 0
-                && size[piece] > constants.orphan * sphere
+                && size[piece] > orphan
                 && let Some(new) = next.take()
             {
                 claim(mesh, &of, piece as u32, first, |v| plate[v as usize] = new);

@@ -1,0 +1,119 @@
+//! Everything a planet promises holds after every step of long histories, and the planet stays alive.
+
+use bevy_tectonics::prelude::*;
+use bevy_tectonics::simulation::{Drive, Start};
+
+/// Grows a planet to its end with a check after every step, then looks whether it still lives.
+fn grow(recipe: Recipe) {
+    let what = format!(
+        "seed {}, {} sub-plates, {:?}, {:?}, contrast {}",
+        recipe.seed,
+        recipe.sub_plates,
+        recipe.start,
+        recipe.drive,
+        recipe.constants.refine.contrast
+    );
+    let end = recipe.duration_my;
+    let even = recipe.constants.refine.contrast == 1.0;
+    let nominal = f64::from(recipe.sub_plates);
+    let mut history = History::new(recipe).unwrap();
+    history.check().unwrap();
+    let start = history.statistics().unwrap();
+    while history.time_my() < end {
+        let step = history.steps() + 1;
+        history
+            .step()
+            .unwrap_or_else(|error| panic!("{what}: step {step}: {error}"));
+        history
+            .check()
+            .unwrap_or_else(|error| panic!("{what}: after step {step}: {error}"));
+    }
+
+    let now = history.statistics().unwrap();
+    let ledger = history.ledger();
+    let what = format!("{what}: {now:?} {ledger:?}");
+    assert!((10.0..100.0).contains(&now.speed_mean), "{what}");
+    assert!((4..=80).contains(&now.plates), "{what}");
+    assert!(
+        (now.land_share / start.land_share - 1.0).abs() < 1.0 / 3.0,
+        "{what}"
+    );
+    assert!((2.0..10.0).contains(&(now.highest_m / 1e3)), "{what}");
+    assert!(
+        (now.hypsometry_500_m.iter().sum::<f64>() - 1.0).abs() < 1e-9,
+        "{what}"
+    );
+    assert!(
+        (now.boundary_shares.iter().sum::<f64>() - 1.0).abs() < 1e-9,
+        "{what}"
+    );
+
+    let (created, consumed) = (ledger.area_created_km2, ledger.area_consumed_km2);
+    let sphere = 4.0 * core::f64::consts::PI * 6371.0 * 6371.0;
+    assert!(created > 1e-3 * sphere * end / 2.0, "crust is made: {what}");
+    if even {
+        let made = created + ledger.area_stretched_km2;
+        assert!(
+            (made / consumed - 1.0).abs() < 0.08,
+            "made {made}, consumed {consumed}: {what}"
+        );
+        let sub_plates = history.surface().unwrap().elevation.len() as f64;
+        assert!(
+            (sub_plates / nominal - 1.0).abs() < 0.05,
+            "{sub_plates} sub-plates: {what}"
+        );
+    }
+}
+
+#[test]
+fn flood_fill_with_soft_margins() {
+    for seed in [1, 2, 3] {
+        grow(
+            Recipe::earth_like(seed)
+                .with_sub_plates(1_000)
+                .with_duration(200.0),
+        );
+    }
+    grow(
+        Recipe::earth_like(4)
+            .with_sub_plates(2_500)
+            .with_duration(200.0),
+    );
+}
+
+#[test]
+fn voronoi_with_soft_margins() {
+    for (seed, sub_plates, duration_my) in [(5, 1_000, 200.0), (6, 2_500, 100.0)] {
+        grow(Recipe {
+            start: Start::Voronoi,
+            ..Recipe::earth_like(seed)
+                .with_sub_plates(sub_plates)
+                .with_duration(duration_my)
+        });
+    }
+}
+
+#[test]
+fn rigid_plates() {
+    for (seed, start) in [(7, Start::FloodFill), (8, Start::Voronoi)] {
+        grow(Recipe {
+            start,
+            drive: Drive::Rigid,
+            ..Recipe::earth_like(seed)
+                .with_sub_plates(1_500)
+                .with_duration(150.0)
+        });
+    }
+}
+
+#[test]
+fn uneven_meshes() {
+    for (seed, drive) in [(9, Drive::Soft), (10, Drive::Rigid)] {
+        let mut recipe = Recipe::earth_like(seed)
+            .with_sub_plates(2_000)
+            .with_duration(120.0);
+        recipe.drive = drive;
+        recipe.constants.refine.contrast = 4.0;
+        grow(recipe);
+    }
+}

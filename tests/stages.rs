@@ -1,0 +1,359 @@
+//! What each stage does, against what can be worked out by hand.
+
+#[path = "stages/scenario.rs"]
+mod scenario;
+#[path = "stages/schedule.rs"]
+mod schedule;
+
+use bevy::prelude::*;
+use bevy_tectonics::prelude::*;
+use bevy_tectonics::simulation::{
+    Clock, Created, Drive, Elevation, ErodePlugin, MaterialArea, Plate, PlateId, Position,
+    Rotation, Sea, Splits, SubPlate, Thickness, Topology, Trench, UpliftPlugin, Velocity,
+    sea_floor_depth,
+};
+use glam::{DQuat, DVec3};
+use scenario::*;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Radius of Earth in km.
+const RADIUS: f64 = 6371.0;
+/// Speed of each plate at its equator in the scenarios that close, in km/My.
+const SPEED: f64 = 30.0;
+
+/// Rotations that close the two plates at +x and part them at −x, by twice [`SPEED`].
+fn closing() -> [DVec3; 2] {
+    [DVec3::Z * (SPEED / RADIUS), DVec3::Z * (-SPEED / RADIUS)]
+}
+
+#[test]
+fn sea_floor_sinks_with_age() {
+    // 2600 + 365 √t up to 20 My, then 5651 − 2473 exp(−0.0278 t).
+    for (age, depth) in [
+        (-1.0, 2600.0),
+        (0.0, 2600.0),
+        (1.0, 2965.0),
+        (16.0, 4060.0),
+        (50.0, 5035.01),
+        (100.0, 5497.58),
+    ] {
+        assert!(
+            (sea_floor_depth(age) - depth).abs() < 0.5,
+            "{age} My: {} m",
+            sea_floor_depth(age)
+        );
+    }
+}
+
+#[test]
+fn heights_follow_from_thickness_and_age() {
+    let mut recipe = Recipe::earth_like(3).with_sub_plates(1_000);
+    let erosion = &mut recipe.constants.erosion;
+    erosion.sediment_rate = 0.0;
+    erosion.rise_thickest = 0.0;
+    // What comes after the stage must leave crust alone.
+    recipe.constants.step.reorganisation = 50.0;
+    let mut history = History::new(recipe).unwrap();
+    loop {
+        history.step().unwrap();
+        let clock = history.world().resource::<Clock>();
+        if clock.geology.due().is_some() && clock.time_my > 20.0 {
+            break;
+        }
+    }
+    let now = history.time_my();
+    let sea = *history.world().resource::<Sea>();
+    let crust: Vec<Crust> = column(&mut history);
+    let thickness: Vec<Thickness> = column(&mut history);
+    let created: Vec<Created> = column(&mut history);
+    let trench: Vec<Trench> = column(&mut history);
+    let area: Vec<MaterialArea> = column(&mut history);
+    let elevation: Vec<Elevation> = column(&mut history);
+    let (mut depth, mut whole, mut young) = (0.0, 0.0, 0);
+    for v in 0..crust.len() {
+        let height = if crust[v].is_continental() {
+            155.0 * (thickness[v].0 - 35.0)
+        } else {
+            young += usize::from(f64::from(created[v].0) > 0.0);
+            155.0 * (thickness[v].0 - 7.0) - sea_floor_depth(now - f64::from(created[v].0))
+        };
+        let height = height - f64::from(trench[v].0) - sea.level;
+        let found = f64::from(elevation[v].0);
+        assert!(
+            (found - height).abs() < 0.01,
+            "{found} m instead of {height} m"
+        );
+        depth += (-found).max(0.0) * area[v].0;
+        whole += area[v].0;
+    }
+    assert!(young > 10, "only {young} sub-plates of new sea floor");
+    assert!(
+        (depth / whole - sea.mean_depth).abs() < 0.1,
+        "{} m of water instead of {} m",
+        depth / whole,
+        sea.mean_depth
+    );
+}
+
+#[test]
+fn plates_that_turn_together_turn_as_one_body() {
+    let turn = DVec3::new(0.004, -0.003, 0.008);
+    let mut history = History::with_plugins(recipe(1_000), steady()).unwrap();
+    arrange(&mut history, [turn; 2], |_, _| SEA_FLOOR);
+    history.step().unwrap();
+    let places = |history: &mut History| -> BTreeMap<Entity, (DVec3, DVec3)> {
+        let world = history.world_mut();
+        let mut rows = world.query_filtered::<(Entity, &Position, &Velocity), With<SubPlate>>();
+        rows.iter(world)
+            .map(|(entity, position, velocity)| {
+                (entity, (position.0.as_dvec3(), velocity.0.as_dvec3()))
+            })
+            .collect()
+    };
+    let (before, began) = (places(&mut history), history.time_my());
+    run(&mut history, 40.0);
+    let after = places(&mut history);
+    let angle = turn.length() * (history.time_my() - began);
+    let rotation = DQuat::from_axis_angle(turn.normalize(), angle);
+    assert!(before.keys().eq(after.keys()), "sub-plates came or went");
+    for (entity, (start, _)) in before {
+        let (place, velocity) = after[&entity];
+        assert!((place - rotation * start).length() < 1e-5, "{entity}");
+        assert!((velocity - turn.cross(place) * RADIUS).length() < 1e-2);
+    }
+    let ledger = history.ledger();
+    assert_eq!(
+        (ledger.area_created_km2, ledger.area_consumed_km2),
+        (0.0, 0.0)
+    );
+}
+
+/// Area opens at −x at 2 v R ∫ cos φ dφ = 4 v R per My and closes at +x just as fast.
+#[test]
+fn as_much_crust_is_made_and_consumed_as_geometry_asks_for() {
+    let mut history = History::with_plugins(recipe(2_500), steady()).unwrap();
+    arrange(&mut history, closing(), |_, _| SEA_FLOOR);
+    run(&mut history, 40.0);
+    let expected = 4.0 * SPEED * RADIUS * 40.0;
+    let ledger = history.ledger();
+    for (name, area) in [
+        ("created", ledger.area_created_km2),
+        ("consumed", ledger.area_consumed_km2),
+    ] {
+        assert!(
+            (area / expected - 1.0).abs() < 0.2,
+            "{name} {area} km² instead of {expected} km²"
+        );
+    }
+}
+
+#[test]
+fn the_older_sea_floor_goes_under() {
+    for older in [SOUTH, NORTH] {
+        let mut history = History::with_plugins(recipe(2_500), steady()).unwrap();
+        arrange(&mut history, closing(), |plate, _| Ground {
+            created_my: if plate == older { -120.0 } else { -30.0 },
+            ..SEA_FLOOR
+        });
+        let members = |history: &mut History| -> BTreeMap<Entity, PlateId> {
+            let world = history.world_mut();
+            let mut rows = world.query_filtered::<(Entity, &PlateId), With<SubPlate>>();
+            rows.iter(world)
+                .map(|(entity, plate)| (entity, *plate))
+                .collect()
+        };
+        let before = members(&mut history);
+        run(&mut history, 30.0);
+        let left: BTreeSet<Entity> = members(&mut history).into_keys().collect();
+        let mut lost: BTreeMap<PlateId, f64> = BTreeMap::new();
+        for (_, plate) in before
+            .into_iter()
+            .filter(|(entity, _)| !left.contains(entity))
+        {
+            *lost.entry(plate).or_default() += 1.0;
+        }
+        let share = lost[&older] / lost.values().sum::<f64>();
+        assert!(
+            share > 0.9,
+            "only {share} of what went was of the older plate"
+        );
+        // Its floor is bent down at the trench, the other plate's is not.
+        let (trench, plate): (Vec<Trench>, Vec<PlateId>) =
+            (column(&mut history), column(&mut history));
+        let deepest = |of: PlateId| {
+            let depths = trench.iter().zip(&plate).filter(|(_, plate)| **plate == of);
+            depths.map(|(trench, _)| trench.0).fold(0.0, f32::max)
+        };
+        let other = if older == SOUTH { NORTH } else { SOUTH };
+        assert!(deepest(older) > 500.0 && deepest(other) < 0.5 * deepest(older));
+    }
+}
+
+#[test]
+fn colliding_continents_thicken_and_keep_their_volume() {
+    let collide = |rotations| {
+        // Nothing but the collision changes continents.
+        let plugins = steady().disable::<ErodePlugin>().disable::<UpliftPlugin>();
+        let mut history = History::with_plugins(recipe(2_500), plugins).unwrap();
+        arrange(&mut history, rotations, |_, site| {
+            if site.x > 0.8 { CONTINENT } else { SEA_FLOOR }
+        });
+        run(&mut history, 20.0);
+        history
+    };
+    let mut history = collide(closing());
+    let ledger = history.ledger();
+    let crust: Vec<Crust> = column(&mut history);
+    let thickness: Vec<Thickness> = column(&mut history);
+    let area: Vec<MaterialArea> = column(&mut history);
+    let orogeny: Vec<Orogeny> = column(&mut history);
+    let (mut volume, mut extent, mut thickest) = (0.0, 0.0, 0.0_f64);
+    for v in (0..crust.len()).filter(|&v| crust[v].is_continental()) {
+        volume += thickness[v].0 * area[v].0;
+        extent += area[v].0;
+        thickest = thickest.max(thickness[v].0);
+        if thickness[v].0 > 40.0 {
+            assert_eq!(
+                orogeny[v],
+                Orogeny::Himalayan,
+                "thick without a mountain building"
+            );
+        }
+    }
+    assert!((volume / (ledger.initial_km3 + ledger.accreted_km3) - 1.0).abs() < 1e-9);
+    assert!(thickest > 40.0 && thickest <= 70.0 + 1e-9, "{thickest} km");
+    // 60 km/My over the front's 73.7°, 2 R sin 36.9° in its projection, for 20 My.
+    let swept = 2.0 * SPEED * 20.0 * 2.0 * RADIUS * 0.6;
+    let shortened = ledger.area_shortened_km2;
+    assert!(
+        (shortened / swept - 1.0).abs() < 0.4,
+        "{shortened} km² shortened, {swept} km² swept"
+    );
+    assert!((extent - (ledger.initial_km3 / 35.0 - shortened)).abs() / extent < 0.15);
+
+    let resting = collide([DVec3::ZERO; 2]);
+    assert_eq!(resting.ledger().area_shortened_km2, 0.0);
+    assert_eq!(resting.ledger().booked_km3(), resting.ledger().initial_km3);
+}
+
+#[test]
+fn rigid_plates_never_bend_and_soft_ones_do() {
+    for drive in [Drive::Rigid, Drive::Soft] {
+        let mut recipe = Recipe::earth_like(2).with_sub_plates(1_000);
+        recipe.drive = drive;
+        let mut history = History::new(recipe).unwrap();
+        run(&mut history, 10.0);
+        let bent = column::<bevy_tectonics::simulation::Deviation>(&mut history)
+            .iter()
+            .filter(|deviation| deviation.0 != Vec3::ZERO)
+            .count();
+        assert_eq!(bent > 0, drive == Drive::Soft, "{drive:?}: {bent} bent");
+    }
+}
+
+#[test]
+fn a_flipped_edge_swaps_its_springs() {
+    let mut history = History::new(recipe(500)).unwrap();
+    history.step().unwrap();
+    let mut topology = history.world_mut().resource_mut::<Topology>();
+    let mesh = &mut topology.0;
+    let edge = mesh
+        .edges()
+        .find(|&edge| {
+            let [u, v] = [mesh.apex(2 * edge), mesh.apex(2 * edge + 1)];
+            mesh.half_edge_between(u, v).is_none()
+        })
+        .unwrap();
+    let h = 2 * edge;
+    let around = [
+        mesh.next(h),
+        mesh.prev(h),
+        mesh.next(h ^ 1),
+        mesh.prev(h ^ 1),
+    ];
+    for side in around {
+        mesh.payload_mut(side / 2).rest = 3.0;
+        mesh.payload_mut(side / 2).cross_rest = 4.0;
+    }
+    let (ends, apexes) = (mesh.endpoints(edge), (mesh.apex(h), mesh.apex(h ^ 1)));
+    let state = mesh.payload_mut(edge);
+    state.rest = 1.0;
+    state.cross_rest = 2.0;
+    assert!(mesh.flip(h));
+    let sorted = |(a, b): (u32, u32)| (a.min(b), a.max(b));
+    assert_eq!(sorted(mesh.endpoints(edge)), sorted(apexes));
+    assert_eq!(sorted((mesh.apex(h), mesh.apex(h ^ 1))), sorted(ends));
+    assert_eq!(mesh.payload(edge).rest, 2.0);
+    assert_eq!(mesh.payload(edge).cross_rest, 1.0);
+    // The edges around it join the same vertices as before, but their cross edges do not.
+    for side in around {
+        assert_eq!(mesh.payload(side / 2).rest, 3.0);
+        assert_eq!(mesh.payload(side / 2).cross_rest, 0.0);
+    }
+}
+
+/// Gives the sub-plates that `cut` picks to the other plate, which leaves the northern plate in two
+/// pieces, and runs a step.
+fn cut_and_step(cut: impl Fn(DVec3, PlateId) -> bool) -> (History, usize) {
+    let mut history = History::with_plugins(recipe(2_500), steady()).unwrap();
+    arrange(&mut history, [DVec3::Z * 0.005; 2], |_, _| SEA_FLOOR);
+    history.step().unwrap();
+    let world = history.world_mut();
+    let sites = world.resource::<Topology>().0.sites().to_vec();
+    let mut plates = world.query_filtered::<&mut PlateId, With<SubPlate>>();
+    for (site, mut plate) in sites.into_iter().zip(plates.iter_mut(world)) {
+        if cut(site, *plate) {
+            *plate = if *plate == SOUTH { NORTH } else { SOUTH };
+        }
+    }
+    world.resource_mut::<Splits>().suspected = true;
+    let error = history.check().unwrap_err();
+    let torn = matches!(
+        error,
+        TectonicError::PlateInPieces {
+            plate: 2,
+            pieces: 2,
+            ..
+        }
+    );
+    assert!(torn, "{error}");
+    history.step().unwrap();
+    history.check().unwrap();
+    let world = history.world_mut();
+    let plates = world.query::<(&Plate, &Rotation)>().iter(world).count();
+    (history, plates)
+}
+
+#[test]
+fn a_plate_cut_in_two_becomes_two() {
+    // A band along x = 0 divides the northern hemisphere in halves.
+    let (mut history, plates) = cut_and_step(|site, plate| plate == NORTH && site.x.abs() < 0.15);
+    assert_eq!(plates, 3);
+    let plate: Vec<PlateId> = column(&mut history);
+    let count = |id: u16| plate.iter().filter(|plate| plate.0 == id).count();
+    assert!(
+        count(2) > 400 && count(3) > 400,
+        "{} {}",
+        count(2),
+        count(3)
+    );
+    // The new plate moves on as the old one did.
+    let world = history.world_mut();
+    for (plate, rotation) in world.query::<(&Plate, &Rotation)>().iter(world) {
+        assert_eq!(rotation.0, DVec3::Z * 0.005, "{plate:?}");
+    }
+}
+
+#[test]
+fn a_splinter_is_absorbed() {
+    // An island of some six sub-plates in the middle of the southern plate is far less than a plate.
+    let (mut history, plates) = cut_and_step(|site, _| site.y < -0.995);
+    assert_eq!(plates, 2);
+    let sites = history.world().resource::<Topology>().0.sites().to_vec();
+    let plate: Vec<PlateId> = column(&mut history);
+    for (site, plate) in sites.iter().zip(plate) {
+        if site.y < -0.9 {
+            assert_eq!(plate, SOUTH, "the island joins the plate around it");
+        }
+    }
+}
