@@ -200,7 +200,7 @@ constants! {
         /// Stiffness of plates: 0 lets the springs alone hold them together, 1 keeps them exactly rigid.
         rigidity = 0.85 in 0.0..=1.0 "",
         /// Reach of the soft margin behind a front.
-        width = 700.0 in 0.0..=3000.0 "km",
+        width = 600.0 in 0.0..=3000.0 "km",
         /// Softness of springs that are stretched (the inverse of stiffness, per pass).
         compliance = 0.25 in 0.0..=10.0 "",
         /// Stiffness of compressed springs over that of stretched ones (Yggdrasill 1e-4 : 5e-5).

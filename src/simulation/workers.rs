@@ -12,12 +12,12 @@ const CHUNK: usize = 4096;
 pub struct Workers(Option<TaskPool>);
 
 impl Workers {
-    /// This many threads, the caller's own included.
+    /// This many threads; the caller waits for them.
     #[must_use]
     pub fn new(threads: usize) -> Self {
         Self((threads > 1).then(|| {
             TaskPoolBuilder::new()
-                .num_threads(threads - 1)
+                .num_threads(threads)
                 .thread_name("Tectonics".into())
                 .build()
         }))

@@ -12,7 +12,7 @@ use super::super::{
     ledger::Ledger,
     plate::{Plate, PlateBorn, PlateTable, Rotation},
     recipe::Recipe,
-    stages::Splits,
+    stages::{Splits, reorganize_plates::cut_by_flips},
     sub_plate::*,
     topology::{EdgeState, Topology},
 };
@@ -62,6 +62,7 @@ pub(in crate::simulation) fn create_crust(
     let spacing = recipe.spacing_km();
     let cell = recipe.cell_area_km2();
     let now = clock.time_my as f32;
+    let mut cuts = Vec::new();
     for gap in gaps {
         let corners = gap.corners.map(|v| v as usize);
         let side = older_side(corners, plate, created);
@@ -114,7 +115,7 @@ pub(in crate::simulation) fn create_crust(
         let Ok((_, flips)) = mesh.insert(gap.site, gap.corners[0]) else {
             continue;
         };
-        splits.note_flips(&flips, plate);
+        cuts.extend(cut_by_flips(&flips, plate));
         commands.spawn((
             SubPlate,
             Position(gap.site.as_vec3()),
@@ -128,6 +129,7 @@ pub(in crate::simulation) fn create_crust(
             RidgeDirection(child.ridge.as_vec3()),
         ));
     }
+    splits.note_cuts(mesh, plate, &cuts);
     Ok(())
 }
 

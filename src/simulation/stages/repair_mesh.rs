@@ -4,8 +4,8 @@ use super::super::{
     clock::Clock,
     columns::Columns,
     error::TectonicError,
-    stages::reorganize_plates::Splits,
-    sub_plate::{PlateId, Position, SubPlate},
+    stages::reorganize_plates::{Splits, cut_by_flips},
+    sub_plate::{Deviation, PlateId, Position, SubPlate},
     topology::Topology,
     workers::Workers,
 };
@@ -20,18 +20,36 @@ pub(in crate::simulation) fn repair_mesh(
     workers: Res<Workers>,
     mut topology: ResMut<Topology>,
     mut splits: ResMut<Splits>,
-    mut sub_plates: Query<(&mut Position, &PlateId), With<SubPlate>>,
+    mut sub_plates: Query<(&mut Position, &PlateId, &Deviation), With<SubPlate>>,
 ) -> Result<(), TectonicError> {
     let mesh = &mut topology.0;
-    let (mut position, plate) = sub_plates.columns(mesh.vertex_count())?;
+    let (mut position, plate, deviation) = sub_plates.columns(mesh.vertex_count())?;
     let failed = |source| TectonicError::Repair {
         time_my: clock.time_my,
         source,
     };
-    // The sweep is the work; what it finds is next to nothing.
-    let suspects = workers.map(mesh.edge_slots(), |slots| mesh.non_delaunay_edges(slots));
+    // The sweep is the work; what it finds is next to nothing. Slivers arise only where plates meet
+    // or bend.
+    let found = workers.map(mesh.edge_slots(), |slots| {
+        let fronts: Vec<u32> = (slots.start as u32..slots.end as u32)
+            .filter(|&edge| mesh.is_edge(edge))
+            .map(|edge| mesh.endpoints(edge))
+            .filter(|&(u, v)| plate[u as usize] != plate[v as usize])
+            .flat_map(|(u, v)| [u, v])
+            .collect();
+        (mesh.non_delaunay_edges(slots), fronts)
+    });
+    let (suspects, fronts): (Vec<_>, Vec<_>) = found.into_iter().unzip();
     let mut flips = mesh.repair_from(suspects.concat()).map_err(failed)?;
-    let moved = mesh.repair_slivers(FLATTEST, |_| true).map_err(failed)?;
+    let mut restless = fronts.concat();
+    restless.extend(
+        (0..deviation.len() as u32).filter(|&v| deviation[v as usize].0 != glam::Vec3::ZERO),
+    );
+    restless.sort_unstable();
+    restless.dedup();
+    let moved = mesh
+        .repair_slivers_among(restless, FLATTEST, |_| true)
+        .map_err(failed)?;
     if !moved.moved.is_empty() {
         let position = position.bypass_change_detection();
         for v in moved.moved {
@@ -42,6 +60,7 @@ pub(in crate::simulation) fn repair_mesh(
         flips.extend(moved.flips);
         flips.extend(mesh.repair_delaunay().map_err(failed)?);
     }
-    splits.note_flips(&flips, plate);
+    let cuts: Vec<[u32; 2]> = cut_by_flips(&flips, plate).collect();
+    splits.note_cuts(mesh, plate, &cuts);
     Ok(())
 }

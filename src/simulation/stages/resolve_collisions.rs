@@ -13,7 +13,10 @@ use super::{
         ledger::Ledger,
         plate::{Plate, PlateBorn, PlateTable, Rotation},
         recipe::Recipe,
-        stages::Splits,
+        stages::{
+            Splits,
+            reorganize_plates::{cut_by_flips, cut_by_removal},
+        },
         sub_plate::*,
         topology::{EdgeState, Topology},
     },
@@ -101,6 +104,7 @@ pub(in crate::simulation) fn resolve_collisions(
         .chain(boundaries.place.len() as u32..mesh.vertex_count() as u32)
         .collect();
     let mut gone: Vec<u32> = Vec::new();
+    let mut cuts: Vec<[u32; 2]> = Vec::new();
     for _ in 0..SWEEPS {
         let victims = judge.find_victims(mesh, &ground, &watch);
         let mut touched = vec![false; mesh.vertex_count()];
@@ -114,7 +118,10 @@ pub(in crate::simulation) fn resolve_collisions(
                 continue;
             };
             let ring: Vec<u32> = mesh.neighbours(v).collect();
-            splits.note_removal(&ring, ground.plate[v as usize], ground.plate);
+            let own = ground.plate[v as usize];
+            // The last sub-plate of a plate takes the plate along.
+            splits.suspected |= ring.iter().all(|&w| ground.plate[w as usize] != own);
+            cuts.extend(cut_by_removal(&ring, own, ground.plate));
             judge.bury(
                 mesh,
                 &mut ground,
@@ -142,9 +149,10 @@ pub(in crate::simulation) fn resolve_collisions(
                 time_my: clock.time_my,
                 source,
             })?;
-        splits.note_flips(&flips, ground.plate);
+        cuts.extend(cut_by_flips(&flips, ground.plate));
         watch = dirty;
     }
+    splits.note_cuts(mesh, ground.plate, &cuts);
     // Row = vertex: both tables swap-remove in the same order, from the back.
     gone.sort_unstable_by(|a, b| b.cmp(a));
     for v in gone {

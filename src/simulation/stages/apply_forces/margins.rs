@@ -23,6 +23,8 @@ use glam::DVec3;
 const PASSES: usize = 4;
 /// Deviations below this die at once, in km/My, so that margins heal and cost nothing.
 const STILL: f64 = 0.02;
+/// Pushes below this bend nothing worth the work, in km/My.
+const LEAST_PUSH: f64 = 1.0;
 /// Largest change of a cell's area in one step.
 const LARGEST_STRAIN: f64 = 0.05;
 
@@ -127,6 +129,9 @@ fn collision_pushes(
         let far = (distance - 0.7 * spacing).max(0.0) / (0.7 * spacing);
         let falloff = 1.0 / (1.0 + far * far);
         let speed = 0.5 * recipe.constants.margins.shortening * -front.opening * falloff;
+        if speed < LEAST_PUSH {
+            continue;
+        }
         for (vertex, inward) in [(u, -front.direction), (v, front.direction)] {
             if plate[vertex as usize].0 != 0 {
                 pushes.push((vertex, inward * speed));

@@ -18,7 +18,7 @@ use super::super::{
     streams,
     sub_plate::{MaterialArea, PlateId},
 };
-use crate::mesh::Flip;
+use crate::mesh::{EdgePayload, Flip, SphereMesh};
 use bevy::prelude::*;
 use fastnoise_lite::{FastNoiseLite, FractalType, NoiseType};
 use glam::DVec3;
@@ -35,28 +35,73 @@ pub struct Splits {
 }
 
 impl Splits {
-    /// A flip that takes the last edge between two parts of a plate may have cut it.
-    pub(in crate::simulation) fn note_flips(&mut self, flips: &[Flip], plate: &[PlateId]) {
-        // Crust made in this step is not in the columns yet; it lies at a front, so suspect it.
-        let of = |v: u32| plate.get(v as usize).copied().unwrap_or_default();
-        self.suspected |= flips.iter().any(|flip| {
-            let [a, b] = flip.before.map(of);
-            a == b && flip.after.iter().all(|&v| of(v) != a)
-        });
-    }
-
-    /// A vertex whose plate does not lie in one run around it may have held that plate together.
-    pub(in crate::simulation) fn note_removal(
+    /// Looks whether pairs of sub-plates that lost a connection still hang together nearby; where a
+    /// short search does not tell, the plate is suspected.
+    pub(in crate::simulation) fn note_cuts<E: EdgePayload>(
         &mut self,
-        ring: &[u32],
-        own: PlateId,
+        mesh: &SphereMesh<E>,
         plate: &[PlateId],
+        cuts: &[[u32; 2]],
     ) {
-        let own = |i: usize| plate[ring[i % ring.len()] as usize] == own;
-        let runs = (0..ring.len()).filter(|&i| own(i) && !own(i + 1)).count();
-        let whole = ring.is_empty() || (0..ring.len()).all(own);
-        self.suspected |= runs != 1 && !whole;
+        self.suspected =
+            self.suspected || !cuts.iter().all(|&[a, b]| hang_together(mesh, plate, a, b));
     }
+}
+
+/// Sub-plates of one plate that a search visits before it gives up.
+const SEARCH: usize = 64;
+
+/// Whether two sub-plates of one plate are joined by a short way within it.
+fn hang_together<E: EdgePayload>(mesh: &SphereMesh<E>, plate: &[PlateId], a: u32, b: u32) -> bool {
+    // Crust made in this step is not in the columns yet.
+    let of = |v: u32| plate.get(v as usize).copied();
+    if mesh.is_detached(a) || mesh.is_detached(b) || of(a) != of(b) {
+        return false;
+    }
+    let mut seen = vec![a];
+    let mut next = 0;
+    while next < seen.len() && seen.len() < SEARCH {
+        for w in mesh.neighbours(seen[next]) {
+            if w == b {
+                return true;
+            }
+            if of(w) == of(a) && !seen.contains(&w) {
+                seen.push(w);
+            }
+        }
+        next += 1;
+    }
+    false
+}
+
+/// Pairs of one plate that a flip took the edge from, unless it goes on through the flip's new ends.
+pub(in crate::simulation) fn cut_by_flips<'a>(
+    flips: &'a [Flip],
+    plate: &'a [PlateId],
+) -> impl Iterator<Item = [u32; 2]> + 'a {
+    let of = |v: u32| plate.get(v as usize).copied();
+    flips
+        .iter()
+        .filter(move |flip| {
+            let [a, b] = flip.before.map(of);
+            a == b && a.is_some() && flip.after.iter().all(|&v| of(v) != a)
+        })
+        .map(|flip| flip.before)
+}
+
+/// Pairs that hung together through a vertex with this ring of neighbours: one of each run of its
+/// plate and the next.
+pub(in crate::simulation) fn cut_by_removal(
+    ring: &[u32],
+    own: PlateId,
+    plate: &[PlateId],
+) -> Vec<[u32; 2]> {
+    let owned = |i: usize| plate[ring[i % ring.len()] as usize] == own;
+    let ends: Vec<u32> = (0..ring.len())
+        .filter(|&i| owned(i) && !owned(i + 1))
+        .map(|i| ring[i])
+        .collect();
+    ends.windows(2).map(|pair| [pair[0], pair[1]]).collect()
 }
 
 /// Area of each plate in km², in the order of the table.
