@@ -138,11 +138,14 @@ fn check_world(
         .map(|v| thickness[v].0 * area[v].0)
         .sum();
     let relative = ledger.closing_error(volume);
-    if !(relative.abs() <= LEDGER_GAP) && recipe.continental_share > 0.0 {
+    // Not a number is not closed either.
+    let closed = relative.abs() <= LEDGER_GAP;
+    if !closed && recipe.continental_share > 0.0 {
         return Err(TectonicError::LedgerOpen { relative, time_my });
     }
     let sum = mesh.cell_areas().iter().sum::<f64>() / (4.0 * core::f64::consts::PI);
-    if !((sum - 1.0).abs() <= AREA_GAP) {
+    let covered = (sum - 1.0).abs() <= AREA_GAP;
+    if !covered {
         return Err(TectonicError::AreaOpen { sum, time_my });
     }
     Ok(())
@@ -160,7 +163,7 @@ fn hash_world(
     let mut vector = |v: Vec3| {
         v.to_array()
             .iter()
-            .for_each(|x| hash.update(&x.to_le_bytes()))
+            .for_each(|x| hash.update(&x.to_le_bytes()));
     };
     for v in 0..mesh.vertex_count() {
         vector(columns.0[v].0);

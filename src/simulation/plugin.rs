@@ -18,7 +18,8 @@ use super::{
 use bevy::app::PluginGroupBuilder;
 use bevy::prelude::*;
 
-/// The whole simulation. Put it into any `App`, or let [`History`](super::History) do so.
+/// The whole simulation. [`History`](super::History) puts it into a world of its own, fills that world
+/// from a recipe and keeps its clock.
 ///
 /// | plugin | stage |
 /// |---|---|

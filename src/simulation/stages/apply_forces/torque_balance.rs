@@ -278,7 +278,8 @@ impl System {
                     sum -= a[row_i + k] * a[row_j + k];
                 }
                 if i == j {
-                    if !(sum > 0.0) || !sum.is_finite() {
+                    let definite = sum > 0.0 && sum.is_finite();
+                    if !definite {
                         return None;
                     }
                     a[row_i + i] = sum.sqrt();

@@ -44,11 +44,7 @@ pub(in crate::simulation) fn rift(
     let (mut plate, crust, area) = sub_plates.columns(mesh.vertex_count())?;
     let plate = plate.bypass_change_detection();
     let constants = &recipe.constants.plates;
-    let table = PlateTable::gather(
-        plates
-            .iter()
-            .map(|(entity, plate, rotation, born)| (entity, plate, rotation, born)),
-    );
+    let table = PlateTable::gather(plates.iter());
     let sphere = 4.0 * core::f64::consts::PI * recipe.radius_km * recipe.radius_km;
     let areas = plate_areas(&table, plate, area);
     let ratio = constants.plate_count / table.rows().len() as f64;

@@ -34,11 +34,7 @@ pub(in crate::simulation) fn suture(
         return Ok(());
     }
     let constants = &recipe.constants.plates;
-    let table = PlateTable::gather(
-        plates
-            .iter()
-            .map(|(entity, plate, rotation, born)| (entity, plate, rotation, born)),
-    );
+    let table = PlateTable::gather(plates.iter());
     if table.rows().len() <= 2 {
         return Ok(());
     }
