@@ -142,23 +142,22 @@ fn creep(
     Ok(())
 }
 
+type HeightColumns = (
+    &'static Crust,
+    &'static Thickness,
+    &'static MaterialArea,
+    &'static Created,
+    &'static Trench,
+    &'static mut Elevation,
+);
+
 /// Continents float, sea floor sinks with age, and the sea keeps its volume.
 fn derive_elevations(
     recipe: Res<Recipe>,
     clock: Res<Clock>,
     topology: Res<Topology>,
     mut sea: ResMut<Sea>,
-    mut sub_plates: Query<
-        (
-            &Crust,
-            &Thickness,
-            &MaterialArea,
-            &Created,
-            &Trench,
-            &mut Elevation,
-        ),
-        With<SubPlate>,
-    >,
+    mut sub_plates: Query<HeightColumns, With<SubPlate>>,
 ) -> Result<(), TectonicError> {
     if clock.geology.due().is_none() {
         return Ok(());
