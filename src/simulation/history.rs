@@ -93,7 +93,7 @@ impl History {
         Ok(Self { world })
     }
 
-    /// Runs one step.
+    /// Runs one step; nothing once the history was cancelled.
     ///
     /// # Errors
     /// Whatever a stage could not do; the world is then no longer consistent.
@@ -104,6 +104,10 @@ impl History {
 
     /// Runs one step that does not pass `end_my`.
     fn step_towards(&mut self, end_my: f64) -> Result<(), TectonicError> {
+        // Stages do not run once cancelled; neither may the clock.
+        if self.cancellation().is_cancelled() {
+            return Ok(());
+        }
         self.world.resource_scope(|world, mut clock: Mut<Clock>| {
             clock.stop_at_my = end_my;
             clock.begin_step(world.resource::<Recipe>());

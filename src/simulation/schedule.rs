@@ -28,7 +28,8 @@ pub enum TectonicSystems {
     CreateCrust,
     /// Rotations of plates, deviations of margins.
     ApplyForces,
-    /// Sub-plates move. Move sub-plates of your own before `place_vertices` at its end.
+    /// Sub-plates move: plates turn, and each sub-plate follows its [`Deviation`](super::Deviation).
+    /// To push sub-plates yourself, set their deviation in `First`.
     Move,
     /// Arcs, trenches, plateaus.
     Uplift,

@@ -16,7 +16,7 @@ use super::super::{
     sub_plate::*,
     topology::{EdgeState, Topology},
 };
-use crate::mesh::SphereMesh;
+use crate::mesh::{EditError, SphereMesh};
 use bevy::prelude::*;
 use glam::DVec3;
 
@@ -64,6 +64,17 @@ pub(in crate::simulation) fn create_crust(
     let now = clock.time_my as f32;
     let mut cuts = Vec::new();
     for gap in gaps {
+        // Before anything is taken or booked. Only a coincident site is refused, and the gap rule
+        // keeps sites apart.
+        let flips = match mesh.insert(gap.site, gap.corners[0]) {
+            Ok((_, flips)) => flips,
+            Err(EditError::Repair(source)) => {
+                let time_my = clock.time_my;
+                return Err(TectonicError::Repair { time_my, source });
+            }
+            Err(_) => continue,
+        };
+        cuts.extend(cut_by_flips(&flips, plate));
         let corners = gap.corners.map(|v| v as usize);
         let side = older_side(corners, plate, created);
         let opening = gap.motion.opening > 0.0;
@@ -111,11 +122,6 @@ pub(in crate::simulation) fn create_crust(
             }
             ledger.area_created_km2 += cell;
         }
-        // Only a coincident site is refused, and the gap rule keeps sites apart.
-        let Ok((_, flips)) = mesh.insert(gap.site, gap.corners[0]) else {
-            continue;
-        };
-        cuts.extend(cut_by_flips(&flips, plate));
         commands.spawn((
             SubPlate,
             Position(gap.site.as_vec3()),

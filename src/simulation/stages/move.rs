@@ -100,8 +100,7 @@ pub(in crate::simulation) fn move_sub_plates(
     Ok(())
 }
 
-/// Lays the mesh's vertices where the sub-plates are. Runs at the end of the stage, so that systems
-/// of your own may move sub-plates before it.
+/// Lays the mesh's vertices where the sub-plates are.
 pub(in crate::simulation) fn place_vertices(
     mut topology: ResMut<Topology>,
     mut sub_plates: Query<&Position, With<SubPlate>>,
