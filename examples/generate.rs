@@ -118,7 +118,9 @@ fn recipe(flags: &Flags) -> Result<Recipe, String> {
         None => Recipe::earth_like(flags.seed.unwrap_or(0)),
     };
     recipe.seed = flags.seed.unwrap_or(recipe.seed);
-    recipe.sub_plates = flags.sub_plates.unwrap_or(recipe.sub_plates);
+    if let Some(sub_plates) = flags.sub_plates {
+        recipe = recipe.with_sub_plates(sub_plates);
+    }
     recipe.duration_my = flags.duration.unwrap_or(recipe.duration_my);
     recipe.start = flags.start.unwrap_or(recipe.start);
     recipe.drive = flags.drive.unwrap_or(recipe.drive);

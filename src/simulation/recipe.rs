@@ -6,6 +6,8 @@ use serde::{Deserialize, Serialize};
 
 /// Smallest number of sub-plates that still holds a handful of plates.
 pub const FEWEST_SUB_PLATES: u32 = 200;
+/// Fewest sub-plates for each plate of the start.
+const FEWEST_PER_PLATE: u32 = 20;
 /// Largest number of sub-plates.
 pub const MOST_SUB_PLATES: u32 = 2_000_000;
 
@@ -85,10 +87,12 @@ impl Recipe {
         }
     }
 
-    /// The same recipe with another number of sub-plates.
+    /// The same recipe with another number of sub-plates, and fewer plates if they are too few for
+    /// that many.
     #[must_use]
     pub fn with_sub_plates(mut self, sub_plates: u32) -> Self {
         self.sub_plates = sub_plates;
+        self.plates = self.plates.min((sub_plates / FEWEST_PER_PLATE).max(2));
         self
     }
 
@@ -140,13 +144,13 @@ impl Recipe {
         within("duration_my", self.duration_my, 0.0..=10_000.0, " My")?;
         within("radius_km", self.radius_km, 500.0..=50_000.0, " km")?;
         within("plates", self.plates, 2..=200, "")?;
-        if self.plates > self.sub_plates / 20 {
+        if self.plates > self.sub_plates / FEWEST_PER_PLATE {
             return Err(TectonicError::Recipe {
                 field: "plates".into(),
                 value: self.plates.to_string(),
                 allowed: format!(
-                    "at most one for every 20 sub-plates, here {}",
-                    self.sub_plates / 20
+                    "at most one for every {FEWEST_PER_PLATE} sub-plates, here {}",
+                    self.sub_plates / FEWEST_PER_PLATE
                 ),
             });
         }
