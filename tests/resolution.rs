@@ -58,7 +58,7 @@ fn measure(sub_plates: u32) -> Mean {
 
 #[test]
 fn four_times_the_sub_plates_grow_the_same_kind_of_planet() {
-    let (coarse, fine) = (measure(1_000), measure(4_000));
+    let (coarse, fine) = (measure(2_500), measure(10_000));
     for (name, coarse_value, fine_value, factor) in [
         ("land", coarse.land, fine.land, 1.25),
         ("continents", coarse.continents, fine.continents, 1.15),

@@ -51,6 +51,7 @@ fn heights_follow_from_thickness_and_age() {
     let erosion = &mut recipe.constants.erosion;
     erosion.sediment_rate = 0.0;
     erosion.rise_thickest = 0.0;
+    erosion.reference_thickness = 35.0;
     // What comes after the stage must leave crust alone.
     recipe.constants.step.reorganisation = 50.0;
     let mut history = History::new(recipe).unwrap();

@@ -15,7 +15,7 @@ pub struct Clock {
     pub steps: u64,
     /// Fastest sub-plate of the last step in km/My; the next step's length follows from it.
     pub fastest: f64,
-    /// A step does not pass this time, in My.
+    /// A step does not pass this time, in My, while it lies ahead.
     pub stop_at_my: f64,
     /// Slow stages that are due in this step, with the time since they last ran.
     pub geology: Tick,
@@ -60,7 +60,11 @@ impl Clock {
         // The finest cells of an uneven mesh are the nominal ones; dull ones are coarser.
         let reach = courant * recipe.spacing_km();
         let free = (reach / self.fastest.max(1.0)).min(longest);
-        let left = self.stop_at_my - self.time_my;
+        let left = if self.stop_at_my > self.time_my {
+            self.stop_at_my - self.time_my
+        } else {
+            f64::INFINITY
+        };
         // Land on the end exactly, without a last step of almost nothing.
         let last = left <= free * 1.000_001;
         self.step_my = if last {

@@ -89,7 +89,6 @@ impl History {
         app.cleanup();
         let mut world = core::mem::take(app.world_mut());
         start::populate(&mut world, &recipe)?;
-        world.insert_resource(recipe);
         Ok(Self { world })
     }
 
@@ -108,10 +107,7 @@ impl History {
         if self.cancellation().is_cancelled() {
             return Ok(());
         }
-        self.world.resource_scope(|world, mut clock: Mut<Clock>| {
-            clock.stop_at_my = end_my;
-            clock.begin_step(world.resource::<Recipe>());
-        });
+        self.world.resource_mut::<Clock>().stop_at_my = end_my;
         self.world.run_schedule(TectonicStep);
         self.world.clear_trackers();
         self.world

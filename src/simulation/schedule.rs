@@ -1,6 +1,6 @@
 //! The step: a schedule of its own with one ordered set per stage.
 
-use super::error::TectonicError;
+use super::{clock::Clock, error::TectonicError, recipe::Recipe};
 use bevy::ecs::schedule::{LogLevel, ScheduleBuildSettings, ScheduleLabel, SingleThreadedExecutor};
 use bevy::platform::time::Instant;
 use bevy::prelude::*;
@@ -151,10 +151,19 @@ pub(super) fn configure(app: &mut App) {
                 schedule.configure_sets(stage.run_if(going));
             }
             schedule.add_systems(
-                (|mut timings: ResMut<StageTimings>| timings.lap = Instant::now())
+                (
+                    begin_step.run_if(going),
+                    |mut timings: ResMut<StageTimings>| timings.lap = Instant::now(),
+                )
+                    .chain()
                     .before(TectonicSystems::First),
             );
         });
+}
+
+/// Sets the clock to the end of the step.
+fn begin_step(recipe: Res<Recipe>, mut clock: ResMut<Clock>) {
+    clock.begin_step(&recipe);
 }
 
 /// Stages run while the step is neither failed nor cancelled.

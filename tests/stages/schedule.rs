@@ -478,3 +478,30 @@ fn no_order_of_systems_is_left_to_chance() {
     });
     assert!(!build_schedule(&mut ambiguous));
 }
+
+#[test]
+fn any_app_can_grow_a_planet() {
+    let recipe = Recipe::earth_like(3)
+        .with_sub_plates(500)
+        .with_duration(5.0);
+    let mut app = App::new();
+    app.add_plugins(SimulationPlugins);
+    populate(app.world_mut(), &recipe).unwrap();
+    app.add_systems(Update, |world: &mut World| {
+        world.run_schedule(TectonicStep);
+    });
+    for _ in 0..3 {
+        app.update();
+    }
+    let mut history = History::new(recipe).unwrap();
+    for _ in 0..3 {
+        history.step().unwrap();
+    }
+    let clock = app.world().resource::<Clock>();
+    assert_eq!(clock.steps, 3);
+    assert_eq!(clock.time_my, history.time_my());
+    assert_eq!(
+        Surface::capture(app.world_mut()).unwrap().elevation,
+        history.surface().unwrap().elevation
+    );
+}

@@ -30,12 +30,14 @@ struct Layout {
     age: Vec<f64>,
 }
 
-/// Fills a world with sub-plates and plates.
+/// Fills a world that has [`SimulationPlugins`](super::SimulationPlugins) with the first moment of a
+/// planet. From then on every run of [`TectonicStep`](super::TectonicStep) is a step of its history.
+/// [`History`](super::History) does this for you in a world of its own.
 ///
 /// # Errors
 /// [`TectonicError::Recipe`] for an invalid recipe, [`TectonicError::Build`] if the points cannot be
-/// triangulated.
-pub(super) fn populate(world: &mut World, recipe: &Recipe) -> Result<(), TectonicError> {
+/// triangulated; the world is then as it was.
+pub fn populate(world: &mut World, recipe: &Recipe) -> Result<(), TectonicError> {
     recipe.validate()?;
     let sites = scatter(recipe);
     let mesh = SphereMesh::<EdgeState>::build(sites)
@@ -115,6 +117,7 @@ pub(super) fn populate(world: &mut World, recipe: &Recipe) -> Result<(), Tectoni
     });
     world.insert_resource(ledger);
     world.insert_resource(sea);
+    world.insert_resource(recipe.clone());
     Ok(())
 }
 
