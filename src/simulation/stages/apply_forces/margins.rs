@@ -17,7 +17,7 @@ use super::super::super::{
 };
 use crate::mesh::{NONE, SphereMesh};
 use bevy::prelude::*;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 /// Passes over all springs of the margin. A push crosses one edge a pass, and margins are a few wide.
 const PASSES: usize = 4;
@@ -72,26 +72,18 @@ pub(in crate::simulation) fn bend_margins(
     margin.relax_springs(&recipe, mesh, plate, &mut shift, step);
 
     let softness = 1.0 - constants.rigidity;
+    for (shift, &v) in shift.iter_mut().zip(&margin.vertices) {
+        let site = mesh.site(v);
+        let soft = *shift * softness;
+        *shift = soft - site * site.dot(soft);
+        let speed = *shift * (radius / step);
+        let still = speed.length() < STILL;
+        deviation[v as usize].0 = if still { Vec3::ZERO } else { speed.as_vec3() };
+    }
     let strains: Vec<f64> = margin
         .vertices
         .iter()
-        .enumerate()
-        .map(|(i, &v)| {
-            let site = mesh.site(v);
-            let soft = shift[i] * softness;
-            shift[i] = soft - site * site.dot(soft);
-            let speed = shift[i] * (radius / step);
-            let speed = if speed.length() < STILL {
-                DVec3::ZERO
-            } else {
-                speed
-            };
-            deviation[v as usize].0 = speed.as_vec3();
-            v
-        })
-        .collect::<Vec<_>>()
-        .into_iter()
-        .map(|v| margin.strain(mesh, &shift, v))
+        .map(|&v| margin.strain(mesh, &shift, v))
         .collect();
     let (thickness, area) = (
         thickness.bypass_change_detection(),
@@ -183,7 +175,7 @@ impl Margin {
             ring = ring.end..vertices.len();
         }
         for (v, deviation) in deviation.iter().enumerate() {
-            if deviation.0 != glam::Vec3::ZERO && place[v] == NONE {
+            if deviation.0 != Vec3::ZERO && place[v] == NONE {
                 place[v] = 0;
                 vertices.push(v as u32);
             }
