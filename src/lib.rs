@@ -59,6 +59,7 @@
 pub mod export;
 pub mod mesh;
 pub mod simulation;
+pub mod surface;
 
 /// What most programs need.
 pub mod prelude {

@@ -9,8 +9,9 @@ use std::{
 };
 
 use bevy_tectonics::{
-    export::{ExportError, FILES, Maps, Raster, check_folder, direction, write_planet},
+    export::{ExportError, FILES, Maps, check_folder, write_planet},
     simulation::{Crust, History, Recipe},
+    surface::{Raster, direction},
 };
 use png::{BitDepth, ColorType};
 

@@ -59,6 +59,13 @@ fn assert_never_names(folder: &str, words: &[&str]) {
     }
 }
 
+/// Rooms are named by their paths: a word like `render` also stands in names of Bevy's.
+fn assert_never_names_rooms(folder: &str, rooms: &[&str]) {
+    let paths: Vec<String> = rooms.iter().map(|room| format!("crate::{room}")).collect();
+    let paths: Vec<&str> = paths.iter().map(String::as_str).collect();
+    assert_never_names(folder, &paths);
+}
+
 #[test]
 fn the_search_finds_what_it_looks_for() {
     assert!(names("use bevy::prelude::*;", "bevy"));
@@ -102,6 +109,19 @@ fn the_simulation_knows_no_files_and_no_pictures() {
             "eprintln",
         ],
     );
+}
+
+#[test]
+fn upper_rooms_stay_apart() {
+    const UPPER: [&str; 1] = ["export"];
+    for folder in ["surface"] {
+        assert_never_names_rooms(folder, &UPPER);
+    }
+    assert_never_names_rooms("surface", &["planet"]);
+    for folder in UPPER {
+        let others: Vec<&str> = UPPER.into_iter().filter(|room| *room != folder).collect();
+        assert_never_names_rooms(folder, &others);
+    }
 }
 
 /// Threads finish in any order, and hash maps iterate in one that changes from run to run.

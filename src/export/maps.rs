@@ -11,10 +11,11 @@ use png::{BitDepth, ColorType, Encoder, SrgbRenderingIntent, StreamWriter};
 use super::{
     ExportError,
     draft::{self, Draft, Pen},
-    raster::{Grid, Pixel, Raster, east_north},
+    grid::{Grid, east_north, sample_rows},
     relief::Painter,
 };
 use crate::simulation::{Crust, Surface};
+use crate::surface::{Pixel, Raster};
 
 /// How large to draw maps, and with how many threads.
 ///
@@ -105,7 +106,7 @@ impl Maps {
         let band = (1_u32 << 20).div_ceil(self.width).clamp(8, grid.height);
         for first in (0..grid.height).step_by(band as usize) {
             let rows = first..grid.height.min(first + band);
-            let pixels = raster.rows(grid, rows.clone(), self.threads);
+            let pixels = sample_rows(&raster, grid, rows.clone(), self.threads);
             std::thread::scope(|scope| {
                 let share = data.len().div_ceil(self.threads);
                 let writers: Vec<_> = data

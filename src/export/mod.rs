@@ -18,16 +18,13 @@
 //! once all of them are complete. The bytes depend on the planet and the width, never on the number of
 //! threads.
 //!
-//! [`write_planet`] exports a history; [`Maps::write`] only a [`Surface`](crate::simulation::Surface);
-//! [`Raster`] samples a surface in any direction without writing anything.
+//! [`write_planet`] exports a history; [`Maps::write`] only a [`Surface`](crate::simulation::Surface).
 
 mod draft;
+mod grid;
 mod maps;
-mod raster;
 mod relief;
 mod summary;
-mod texture;
-mod tint;
 
 use std::{
     io,
@@ -36,10 +33,10 @@ use std::{
 
 pub use draft::check_folder;
 pub use maps::Maps;
-pub use raster::{Pixel, Raster, direction};
 pub use summary::{Seconds, Summary};
 
 use crate::simulation::{History, TectonicError};
+use crate::surface::SurfaceError;
 
 /// Names of all files an export writes.
 pub const FILES: [&str; 8] = [
@@ -71,16 +68,9 @@ pub enum ExportError {
         /// What the operating system, or the encoder, said.
         source: io::Error,
     },
-    /// A column of the surface does not have one value per sub-plate.
-    #[error("the surface has {found} values of {field} for {expected} sub-plates")]
-    Surface {
-        /// The column.
-        field: &'static str,
-        /// Its length.
-        found: usize,
-        /// The number of sub-plates.
-        expected: usize,
-    },
+    /// The surface cannot be sampled.
+    #[error(transparent)]
+    Surface(#[from] SurfaceError),
     /// The history could not be read.
     #[error(transparent)]
     History(#[from] TectonicError),

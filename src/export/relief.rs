@@ -8,11 +8,9 @@ use std::{f32::consts::FRAC_1_SQRT_2, f64::consts::PI};
 use fastnoise_lite::{FastNoiseLite, FractalType, NoiseType};
 use glam::{Vec2, Vec3};
 
-use super::{
-    raster::{Grid, Pixel, direction, ramp},
-    tint::Climate,
-};
+use super::grid::Grid;
 use crate::simulation::Surface;
+use crate::surface::{Pixel, direction, raster::ramp, tint::Climate};
 use boundary::Boundaries;
 use window::Window;
 

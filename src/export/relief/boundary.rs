@@ -5,7 +5,8 @@ use std::ops::Range;
 use glam::{Vec2, Vec3};
 
 use super::window::Window;
-use crate::export::raster::{Grid, east_north, ramp};
+use crate::export::grid::{Grid, east_north};
+use crate::surface::raster::ramp;
 
 /// Opening or closing counts where it makes up this share of the relative motion.
 const OBLIQUE: f32 = 0.35;

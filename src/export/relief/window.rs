@@ -1,6 +1,7 @@
 //! The rows of a map that are needed at a time.
 
-use crate::export::raster::{Grid, Pixel};
+use crate::export::grid::Grid;
+use crate::surface::Pixel;
 
 /// A moving band of rows; columns wrap around, rows end at the poles.
 pub(super) struct Window {

@@ -1,10 +1,10 @@
 //! Sampling a surface, finer than its sub-plates.
 
-use std::{f64::consts::PI, ops::Range};
+use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 
-use super::{ExportError, texture::Texture};
+use super::{SurfaceError, texture::Texture};
 use crate::simulation::{Crust, Orogeny, Surface};
 
 /// Land at the foot of a shelf's outer slope, metres: where a continent's margin ends.
@@ -21,7 +21,7 @@ const BURIAL_MY: f32 = 60.0;
 const SMOOTHING_MY: f32 = 120.0;
 
 /// The planet at one place.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pixel {
     /// Metres above sea level.
     pub elevation: f32,
@@ -34,7 +34,7 @@ pub struct Pixel {
     /// Velocity of the plate, km/My (= mm/yr), in the planet's frame.
     pub velocity: Vec3,
     /// Local relief for shading, in units of the elevation's detail, −1 to 1.
-    pub(super) grain: f32,
+    pub(crate) grain: f32,
 }
 
 /// The direction of a longitude and latitude in radians. North is +Z, longitude 0 on the equator +X,
@@ -44,39 +44,6 @@ pub fn direction(longitude: f64, latitude: f64) -> DVec3 {
     let (sin_lon, cos_lon) = libm::sincos(longitude);
     let (sin_lat, cos_lat) = libm::sincos(latitude);
     DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat)
-}
-
-/// Unit vectors to the east and north at a longitude and latitude.
-pub(super) fn east_north(longitude: f64, latitude: f64) -> (Vec3, Vec3) {
-    let (sin_lon, cos_lon) = libm::sincos(longitude);
-    let (sin_lat, cos_lat) = libm::sincos(latitude);
-    let east = DVec3::new(-sin_lon, cos_lon, 0.0);
-    let north = DVec3::new(-sin_lat * cos_lon, -sin_lat * sin_lon, cos_lat);
-    (east.as_vec3(), north.as_vec3())
-}
-
-/// Pixel centres of an equirectangular map, in radians.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Grid {
-    pub(super) width: u32,
-    pub(super) height: u32,
-}
-
-impl Grid {
-    pub(super) fn new(width: u32) -> Self {
-        Self {
-            width,
-            height: width / 2,
-        }
-    }
-
-    pub(super) fn longitude(self, x: u32) -> f64 {
-        -PI + (f64::from(x) + 0.5) * 2.0 * PI / f64::from(self.width)
-    }
-
-    pub(super) fn latitude(self, y: u32) -> f64 {
-        PI / 2.0 - (f64::from(y) + 0.5) * PI / f64::from(self.height)
-    }
 }
 
 /// Samples a [`Surface`] anywhere, with coasts and terrain finer than its sub-plates.
@@ -92,7 +59,7 @@ pub struct Raster<'a> {
 
 /// Where the last lookups ended: the next ones start there.
 #[derive(Clone, Copy, Debug, Default)]
-struct Hints {
+pub(crate) struct Hints {
     coast: u32,
     plate: u32,
 }
@@ -101,8 +68,8 @@ impl<'a> Raster<'a> {
     /// Prepares to sample `surface`.
     ///
     /// # Errors
-    /// [`ExportError::Surface`] when a column does not have one value per sub-plate.
-    pub fn new(surface: &'a Surface) -> Result<Self, ExportError> {
+    /// [`SurfaceError`] when a column does not have one value per sub-plate.
+    pub fn new(surface: &'a Surface) -> Result<Self, SurfaceError> {
         let expected = surface.mesh.sites().len();
         let columns = [
             ("elevation", surface.elevation.len()),
@@ -114,7 +81,7 @@ impl<'a> Raster<'a> {
             ("orogeny age", surface.orogeny_age.len()),
         ];
         if let Some((field, found)) = columns.into_iter().find(|&(_, found)| found != expected) {
-            return Err(ExportError::Surface {
+            return Err(SurfaceError {
                 field,
                 found,
                 expected,
@@ -128,40 +95,14 @@ impl<'a> Raster<'a> {
     }
 
     /// The planet in a direction (any length but zero). Costs a walk over the mesh; whole maps are
-    /// cheaper by the row.
+    /// cheaper in one go.
     #[must_use]
     pub fn sample(&self, direction: DVec3) -> Pixel {
         self.look(direction.normalize(), &mut Hints::default())
     }
 
-    /// One map row from west to east. Every row starts from the same place, so that rows do not depend
-    /// on the order in which threads take them.
-    pub(super) fn row(&self, grid: Grid, y: u32, row: &mut [Pixel]) {
-        let mut hints = Hints::default();
-        let latitude = grid.latitude(y);
-        for (x, pixel) in (0..).zip(row) {
-            *pixel = self.look(direction(grid.longitude(x), latitude), &mut hints);
-        }
-    }
-
-    /// Several rows, shared out over `threads`.
-    pub(super) fn rows(&self, grid: Grid, rows: Range<u32>, threads: usize) -> Vec<Pixel> {
-        let width = grid.width as usize;
-        let mut pixels = vec![Pixel::VOID; rows.len() * width];
-        let share = rows.len().div_ceil(threads.max(1)).max(1);
-        std::thread::scope(|scope| {
-            for (first, chunk) in rows.step_by(share).zip(pixels.chunks_mut(share * width)) {
-                scope.spawn(move || {
-                    for (y, row) in (first..).zip(chunk.chunks_mut(width)) {
-                        self.row(grid, y, row);
-                    }
-                });
-            }
-        });
-        pixels
-    }
-
-    fn look(&self, direction: DVec3, hints: &mut Hints) -> Pixel {
+    /// As [`sample`](Self::sample) of a unit vector; lookups nearby are cheaper with the hints of the last.
+    pub(crate) fn look(&self, direction: DVec3, hints: &mut Hints) -> Pixel {
         let surface = self.surface;
         hints.plate = surface
             .mesh
@@ -254,17 +195,6 @@ impl<'a> Raster<'a> {
     }
 }
 
-impl Pixel {
-    const VOID: Self = Self {
-        elevation: 0.0,
-        crust: Crust::Oceanic,
-        age: 0.0,
-        plate: 0,
-        velocity: Vec3::ZERO,
-        grain: 0.0,
-    };
-}
-
 /// The interpolated planet, before terrain is added.
 struct Ground {
     elevation: f32,
@@ -298,36 +228,11 @@ impl Blend {
 }
 
 /// 0 at `from`, 1 at `to`, linear between, constant beyond.
-pub(super) fn ramp(from: f32, to: f32, value: f32) -> f32 {
+pub(crate) fn ramp(from: f32, to: f32, value: f32) -> f32 {
     ((value - from) / (to - from)).clamp(0.0, 1.0)
 }
 
 /// Eases a 0–1 ramp in and out.
-pub(super) fn smooth(t: f32) -> f32 {
+pub(crate) fn smooth(t: f32) -> f32 {
     t * t * (3.0 - 2.0 * t)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn pixel_centres_follow_the_promise() {
-        let grid = Grid::new(16);
-        assert!((grid.longitude(0).to_degrees() + 168.75).abs() < 1e-12);
-        assert!((grid.longitude(15).to_degrees() - 168.75).abs() < 1e-12);
-        assert!((grid.latitude(0).to_degrees() - 78.75).abs() < 1e-12);
-        assert!((grid.latitude(7).to_degrees() + 78.75).abs() < 1e-12);
-    }
-
-    #[test]
-    fn east_and_north_are_derivatives_of_direction() {
-        let (lon, lat, step) = (0.7, -0.4, 1e-6);
-        let (east, north) = east_north(lon, lat);
-        let numeric_north =
-            (direction(lon, lat + step) - direction(lon, lat - step)) / (2.0 * step);
-        let numeric_east = (direction(lon + step, lat) - direction(lon - step, lat)).normalize();
-        assert!((north.as_dvec3() - numeric_north).length() < 1e-6);
-        assert!((east.as_dvec3() - numeric_east).length() < 1e-6);
-    }
 }

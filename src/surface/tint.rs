@@ -70,7 +70,7 @@ fn look_up(table: &Ramp, elevation: f32) -> Vec3 {
 
 /// The climate that a latitude suggests. `wander` (−1 to 1) bends the belts, so that they do not run
 /// along parallels.
-pub(super) struct Climate {
+pub(crate) struct Climate {
     arid: f32,
     boreal: f32,
     /// Height above which snow lies, m.
@@ -80,7 +80,7 @@ pub(super) struct Climate {
 }
 
 impl Climate {
-    pub(super) fn at(latitude_degrees: f32, wander: f32) -> Self {
+    pub(crate) fn at(latitude_degrees: f32, wander: f32) -> Self {
         let latitude = latitude_degrees.abs() + 7.0 * wander;
         // Dry where air sinks between the tropics and the westerlies; patchy, as on Earth.
         let belt = smooth(ramp(11.0, 19.0, latitude)) * (1.0 - smooth(ramp(27.0, 37.0, latitude)));
@@ -96,7 +96,7 @@ impl Climate {
     }
 
     /// Colour of land, components 0–1.
-    pub(super) fn land(&self, elevation: f32) -> Vec3 {
+    pub(crate) fn land(&self, elevation: f32) -> Vec3 {
         let green = look_up(HUMID, elevation).lerp(look_up(BOREAL, elevation), self.boreal);
         let ground = green.lerp(look_up(ARID, elevation), self.arid);
         let snow = smooth(ramp(self.snow_m - 300.0, self.snow_m + 500.0, elevation));
@@ -104,7 +104,7 @@ impl Climate {
     }
 
     /// Colour of the sea, components 0–1.
-    pub(super) fn sea(&self, elevation: f32) -> Vec3 {
+    pub(crate) fn sea(&self, elevation: f32) -> Vec3 {
         look_up(SEA, elevation).lerp(PACK_ICE, 0.72 * self.pack_ice)
     }
 }
