@@ -58,15 +58,21 @@
 #[cfg(feature = "export")]
 pub mod export;
 pub mod mesh;
+pub mod planet;
 pub mod simulation;
 pub mod surface;
 
 /// What most programs need.
 pub mod prelude {
+    pub use crate::planet::{
+        Growth, GrowthFailed, GrowthFinished, GrowthProgressed, GrowthState, Pace, Planet,
+        PlanetPlugin, PlanetSurface, PlanetSystems, PlanetView, Regrowth, SurfaceChanged,
+    };
     pub use crate::simulation::{
         Crust, History, Orogeny, Outcome, Progress, Recipe, SimulationPlugins, Statistics, Surface,
         TectonicError, TectonicStep, TectonicSystems,
     };
+    pub use crate::surface::Overlay;
 }
 
 /// Compiles the code of the README.

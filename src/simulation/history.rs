@@ -19,7 +19,7 @@ use core::ops::ControlFlow;
 use serde::Serialize;
 
 /// Where a long run stands.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Progress {
     /// Time since the start in My.
     pub time_my: f64,

@@ -2,11 +2,13 @@
 //!
 //! [`Raster`] samples it finer than its sub-plates, with ragged coasts and rough mountains.
 
+mod overlay;
 pub(crate) mod raster;
 mod texture;
 #[cfg(any(feature = "export", feature = "render"))]
 pub(crate) mod tint;
 
+pub use overlay::{Legend, LegendEntry, Overlay};
 pub use raster::{Pixel, Raster, direction};
 
 /// A column of a surface does not have one value per sub-plate.

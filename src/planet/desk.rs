@@ -1,0 +1,113 @@
+//! What the game and the thread that grows a planet tell each other: orders one way, a report the other.
+
+use super::{events::GrowthFailure, grower::Worker, surface::PlanetSurface};
+use crate::simulation::{Cancellation, Progress};
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
+
+/// Both sides hold the lock only to copy a few values, never while they work.
+#[derive(Debug, Default)]
+pub(super) struct Desk {
+    papers: Mutex<Papers>,
+    cancellation: OnceLock<Cancellation>,
+}
+
+#[derive(Debug, Default)]
+struct Papers {
+    orders: Orders,
+    report: Report,
+}
+
+/// What the game wants.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Orders {
+    /// The history runs while its time lies before this, in My.
+    pub target_my: f64,
+    /// When the history is finished, in My.
+    pub end_my: f64,
+    /// Steps to run whatever the time.
+    pub steps: u32,
+    /// Whether to take snapshots before the end.
+    pub publish: bool,
+    /// The planet is gone, or grows anew.
+    pub stop: bool,
+}
+
+/// What the thread has done since the last look.
+#[derive(Debug, Default)]
+pub(super) struct Report {
+    pub progress: Progress,
+    /// Empty when nothing has changed.
+    pub stage_seconds: Vec<(&'static str, f64)>,
+    pub snapshot: Option<PlanetSurface>,
+    /// The history, when it rests.
+    pub returned: Option<Box<Worker>>,
+    pub failure: Option<GrowthFailure>,
+}
+
+impl Desk {
+    fn papers(&self) -> MutexGuard<'_, Papers> {
+        // Values are replaced whole, so a panic elsewhere cannot have left half of one.
+        self.papers.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Gives orders; steps add up. Returns what there is to report.
+    pub(super) fn order(&self, orders: Orders) -> Report {
+        let papers = &mut *self.papers();
+        let steps = papers.orders.steps.saturating_add(orders.steps);
+        papers.orders = Orders { steps, ..orders };
+        let progress = papers.report.progress;
+        core::mem::replace(
+            &mut papers.report,
+            Report {
+                progress,
+                ..Report::default()
+            },
+        )
+    }
+
+    /// Stops the history between two stages.
+    pub(super) fn stop(&self) {
+        self.papers().orders.stop = true;
+        if let Some(cancellation) = self.cancellation.get() {
+            cancellation.cancel();
+        }
+    }
+
+    /// Makes a new history stoppable.
+    pub(super) fn watch(&self, cancellation: Cancellation) {
+        // Each desk has one history.
+        let _ = self.cancellation.set(cancellation);
+        let stop = self.papers().orders.stop;
+        if stop {
+            self.stop();
+        }
+    }
+
+    /// Takes one step off those owed, if there is one.
+    pub(super) fn take_step(&self) -> (Orders, bool) {
+        let orders = &mut self.papers().orders;
+        let before = *orders;
+        orders.steps = before.steps.saturating_sub(1);
+        (before, before.steps > 0)
+    }
+
+    /// Puts a step back that was taken too early.
+    pub(super) fn owe_step(&self) {
+        let orders = &mut self.papers().orders;
+        orders.steps = orders.steps.saturating_add(1);
+    }
+
+    /// Whether the last snapshot was taken.
+    pub(super) fn wants_snapshot(&self) -> bool {
+        self.papers().report.snapshot.is_none()
+    }
+
+    /// Lays a change of the report on the desk.
+    pub(super) fn report(&self, write: impl FnOnce(&mut Report)) {
+        write(&mut self.papers().report);
+    }
+
+    pub(super) fn give_back(&self, worker: Box<Worker>) {
+        self.papers().report.returned = Some(worker);
+    }
+}
