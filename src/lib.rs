@@ -66,7 +66,7 @@ pub mod surface;
 pub mod prelude {
     pub use crate::planet::{
         Growth, GrowthFailed, GrowthFinished, GrowthProgressed, GrowthState, Pace, Planet,
-        PlanetPlugin, PlanetSurface, PlanetSystems, PlanetView, Regrowth, SurfaceChanged,
+        PlanetPlugin, PlanetSurface, PlanetSystems, PlanetView, Planets, Regrowth, SurfaceChanged,
     };
     pub use crate::simulation::{
         Crust, History, Orogeny, Outcome, Progress, Recipe, SimulationPlugins, Statistics, Surface,
