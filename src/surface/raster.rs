@@ -101,6 +101,24 @@ impl<'a> Raster<'a> {
         self.look(direction.normalize(), &mut Hints::default())
     }
 
+    /// The elevation alone, as [`look`](Self::look) has it.
+    #[cfg(feature = "render")]
+    pub(crate) fn elevation(&self, direction: DVec3, hints: &mut Hints) -> f32 {
+        let ground = self.ground(self.texture.coast(direction), &mut hints.coast);
+        self.detail(direction, &ground).0
+    }
+
+    /// Where the raster shows a place of a boundary between plates of the mesh.
+    #[cfg(feature = "render")]
+    pub(crate) fn bend(&self, place: DVec3) -> DVec3 {
+        let mut shown = place;
+        // The warp has no inverse in closed form, but it changes slowly.
+        for _ in 0..10 {
+            shown = (shown + place - self.texture.plates(shown)).normalize_or(place);
+        }
+        shown
+    }
+
     /// As [`sample`](Self::sample) of a unit vector; lookups nearby are cheaper with the hints of the last.
     pub(crate) fn look(&self, direction: DVec3, hints: &mut Hints) -> Pixel {
         let surface = self.surface;
