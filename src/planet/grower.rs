@@ -87,6 +87,7 @@ impl Grower {
         Orders {
             target_my,
             end_my,
+            paused: planet.paused,
             steps,
             publish,
             stop: false,
@@ -118,8 +119,8 @@ impl Grower {
 
     fn stop(&mut self) {
         if let Some(job) = self.job.take() {
-            job.desk.stop();
-            if let Some(worker) = job.idle {
+            let returned = job.desk.stop();
+            if let Some(worker) = job.idle.or(returned) {
                 self.threads.retire(worker);
             }
         }

@@ -18,18 +18,18 @@ const DEEPEST: f64 = 0.1;
 
 /// How the ground is drawn, as far as what lies on it must know.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Relief {
+pub(super) struct Heights {
     exaggeration: f32,
     /// Level of the drawn sea in m.
     sea_m: Option<f32>,
 }
 
-impl From<&PlanetView> for Relief {
+impl From<&PlanetView> for Heights {
     fn from(view: &PlanetView) -> Self {
-        let finite = |value: f32| if value.is_finite() { value } else { 0.0 };
+        let finite = |value: f32, other| if value.is_finite() { value } else { other };
         Self {
-            exaggeration: finite(view.exaggeration).max(0.0),
-            sea_m: view.sea.then_some(finite(view.sea_level_m)),
+            exaggeration: finite(view.exaggeration, 1.0).clamp(0.0, 200.0),
+            sea_m: view.sea.then_some(finite(view.sea_level_m, 0.0)),
         }
     }
 }
@@ -44,9 +44,7 @@ pub(super) struct Paint {
 impl Paint {
     pub(super) fn new([red, green, blue]: [u8; 3]) -> Self {
         Self {
-            color: Color::srgb_u8(red, green, blue)
-                .to_linear()
-                .to_f32_array(),
+            color: Color::srgb_u8(red, green, blue).to_linear().to_f32_array(),
             lift: LIFT,
         }
     }
@@ -94,7 +92,7 @@ pub(super) type Profile = [([f64; 2], [f64; 2])];
 pub(super) struct Drape<'a> {
     raster: Raster<'a>,
     hints: Hints,
-    relief: Relief,
+    heights: Heights,
     /// Radii in a metre of elevation.
     scale: f64,
     positions: Vec<[f32; 3]>,
@@ -108,12 +106,12 @@ impl<'a> Drape<'a> {
     ///
     /// # Errors
     /// [`SurfaceError`] when a column does not have one value per sub-plate.
-    pub(super) fn new(surface: &'a Surface, relief: Relief) -> Result<Self, SurfaceError> {
+    pub(super) fn new(surface: &'a Surface, heights: Heights) -> Result<Self, SurfaceError> {
         Ok(Self {
             raster: Raster::new(surface)?,
             hints: Hints::default(),
-            relief,
-            scale: f64::from(relief.exaggeration) / (1000.0 * surface.radius_km.max(1.0)),
+            heights,
+            scale: f64::from(heights.exaggeration) / (1000.0 * surface.radius_km.max(1.0)),
             positions: Vec::new(),
             normals: Vec::new(),
             colors: Vec::new(),
@@ -173,21 +171,25 @@ impl<'a> Drape<'a> {
         }
     }
 
-    /// The mesh, in the space of the planet's `Transform` for a radius of 1.
-    pub(super) fn finish(self) -> Mesh {
-        Mesh::new(
+    /// The mesh, in the space of the planet's `Transform` for a radius of 1; none if nothing was laid.
+    pub(super) fn finish(self) -> Option<Mesh> {
+        if self.indices.is_empty() {
+            return None;
+        }
+        let mesh = Mesh::new(
             PrimitiveTopology::TriangleList,
             RenderAssetUsages::RENDER_WORLD,
         )
         .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, self.positions)
         .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, self.normals)
         .with_inserted_attribute(Mesh::ATTRIBUTE_COLOR, self.colors)
-        .with_inserted_indices(Indices::U32(self.indices))
+        .with_inserted_indices(Indices::U32(self.indices));
+        Some(mesh)
     }
 
     fn vertex(&mut self, direction: DVec3, paint: Paint) -> u32 {
-        let ground = self.raster.elevation(direction, &mut self.hints);
-        let height = match self.relief.sea_m {
+        let ground = self.raster.look(direction, &mut self.hints).elevation;
+        let height = match self.heights.sea_m {
             Some(sea) if ground < sea => sea,
             _ if ground.is_finite() => ground,
             _ => 0.0,
@@ -221,10 +223,7 @@ fn divide(profile: &Profile) -> Vec<([f64; 2], [f64; 2])> {
         let count = (length / STEP).ceil().max(1.0);
         points.extend((1..=count as usize).map(|i| {
             let share = i as f64 / count;
-            (
-                mix(from, to, share),
-                mix(from_outside, to_outside, share),
-            )
+            (mix(from, to, share), mix(from_outside, to_outside, share))
         }));
     }
     points
@@ -244,8 +243,8 @@ pub(super) mod tests {
         history.surface().unwrap()
     }
 
-    pub(in crate::render) fn flat() -> Relief {
-        Relief {
+    pub(in crate::render) fn flat() -> Heights {
+        Heights {
             exaggeration: 0.0,
             sea_m: Some(0.0),
         }
@@ -291,7 +290,7 @@ pub(super) mod tests {
         let paint = Paint::new([255, 0, 0]);
         let profile = [([0.0, 0.01], [-0.002, 0.012]), ([0.1, 0.0], [0.103, 0.0])];
         drape.figure(&frame, &profile, true, paint, paint);
-        let mesh = drape.finish();
+        let mesh = drape.finish().unwrap();
         assert_sound(&mesh);
         let positions = positions(&mesh);
         let area: f32 = triangles(&mesh)
@@ -316,13 +315,13 @@ pub(super) mod tests {
                 sea_level_m: f32::NAN,
                 ..PlanetView::default()
             };
-            let mut drape = Drape::new(&surface, Relief::from(&view)).unwrap();
+            let mut drape = Drape::new(&surface, Heights::from(&view)).unwrap();
             let row = |x: f64| [DVec3::new(x, 1.0, 0.1), DVec3::new(x, 1.0, 0.0)];
             drape.strip(
                 [0.0, 0.1].map(row).map(|row| row.map(DVec3::normalize)),
                 Paint::new([0; 3]),
             );
-            let positions = positions(&drape.finish());
+            let positions = positions(&drape.finish().unwrap());
             assert!(positions.iter().all(|p| p.is_finite() && p.length() > 0.09));
         }
     }

@@ -2,6 +2,7 @@
 
 mod arrows;
 mod boundaries;
+mod chain;
 mod drape;
 mod lines;
 

@@ -3,9 +3,9 @@
 mod colors;
 mod legend;
 
-pub use colors::{boundary_color, plate_color};
 #[cfg(feature = "render")]
 pub(crate) use colors::{ARROW_COLOR, ARROW_LONGEST, ARROW_RADII, OUTLINE};
+pub use colors::{boundary_color, plate_color};
 
 use crate::simulation::{Crust, Orogeny};
 use bevy::prelude::*;

@@ -101,13 +101,6 @@ impl<'a> Raster<'a> {
         self.look(direction.normalize(), &mut Hints::default())
     }
 
-    /// The elevation alone, as [`look`](Self::look) has it.
-    #[cfg(feature = "render")]
-    pub(crate) fn elevation(&self, direction: DVec3, hints: &mut Hints) -> f32 {
-        let ground = self.ground(self.texture.coast(direction), &mut hints.coast);
-        self.detail(direction, &ground).0
-    }
-
     /// Where the raster shows a place of a boundary between plates of the mesh.
     #[cfg(feature = "render")]
     pub(crate) fn bend(&self, place: DVec3) -> DVec3 {

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::ramp::{Ramp, look_up};
+pub(crate) use super::ramp::{Ramp, look_up};
 use super::raster::{ramp, smooth};
 
 const HUMID: &Ramp = &[

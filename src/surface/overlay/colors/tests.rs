@@ -200,6 +200,10 @@ fn old_mountains_are_paler_than_young_ones() {
             });
             oklab([r, g, b]).with_x(0.0).length()
         };
-        assert!(table.windows(2).all(|pair| chroma(pair[0].0) > chroma(pair[1].0)));
+        assert!(
+            table
+                .windows(2)
+                .all(|pair| chroma(pair[0].0) > chroma(pair[1].0))
+        );
     }
 }
