@@ -9,6 +9,7 @@
 //! | what does a ray hit | [`ray`] |
 //! | ground for a collider or a navigation mesh | [`patch`] |
 //! | the ground in more detail than was simulated | [`Raster`] |
+//! | its fields as colours | [`Overlay`] |
 //!
 //! # Places
 //!
@@ -50,6 +51,7 @@ mod overlay;
 mod patch;
 mod plates;
 mod query;
+mod ramp;
 pub(crate) mod raster;
 mod ray;
 mod start;
@@ -60,7 +62,9 @@ pub(crate) mod tint;
 pub use crate::simulation::surface::{BoundarySegment, PlateSummary};
 pub use boundary::NearBoundary;
 pub use coordinates::{direction_of, east_north, lat_lon};
-pub use overlay::{Legend, LegendEntry, Overlay};
+#[cfg(feature = "render")]
+pub(crate) use overlay::{ARROW_COLOR, ARROW_LONGEST, ARROW_RADII, OUTLINE};
+pub use overlay::{Legend, LegendEntry, Overlay, OverlayValues, boundary_color, plate_color};
 pub use patch::HeightField;
 pub use query::{Place, Relief};
 pub use raster::{Pixel, Raster, direction};
