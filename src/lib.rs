@@ -59,6 +59,8 @@
 pub mod export;
 pub mod mesh;
 pub mod planet;
+#[cfg(feature = "render")]
+pub mod render;
 pub mod simulation;
 pub mod surface;
 

@@ -2,9 +2,10 @@
 //!
 //! [`Raster`] samples it finer than its sub-plates, with ragged coasts and rough mountains.
 
+pub(crate) mod ground;
 mod overlay;
 pub(crate) mod raster;
-mod texture;
+pub(crate) mod texture;
 #[cfg(any(feature = "export", feature = "render"))]
 pub(crate) mod tint;
 
