@@ -55,6 +55,8 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
+use bevy::app::{PluginGroup, PluginGroupBuilder};
+
 #[cfg(feature = "export")]
 pub mod export;
 pub mod mesh;
@@ -66,6 +68,7 @@ pub mod surface;
 
 /// What most programs need.
 pub mod prelude {
+    pub use crate::TectonicsPlugins;
     pub use crate::planet::{
         Growth, GrowthFailed, GrowthFinished, GrowthProgressed, GrowthState, Pace, Planet,
         PlanetPlugin, PlanetSurface, PlanetSystems, PlanetView, Planets, Regrowth, SurfaceChanged,
@@ -75,6 +78,27 @@ pub mod prelude {
         TectonicError, TectonicStep, TectonicSystems,
     };
     pub use crate::surface::Overlay;
+}
+
+/// Everything a game with planets needs: add it after `DefaultPlugins`.
+///
+/// | plugin | feature | what it does |
+/// |---|---|---|
+/// | [`PlanetPlugin`](planet::PlanetPlugin) | | grows planets in the background |
+/// | `PlanetRenderPlugin` | `render` | draws them |
+///
+/// Planets are set up by replacing the plugin:
+/// `TectonicsPlugins.set(PlanetPlugin::default().with_threads(2))`.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct TectonicsPlugins;
+
+impl PluginGroup for TectonicsPlugins {
+    fn build(self) -> PluginGroupBuilder {
+        let group = PluginGroupBuilder::start::<Self>().add(planet::PlanetPlugin::default());
+        #[cfg(feature = "render")]
+        let group = group.add(render::PlanetRenderPlugin);
+        group
+    }
 }
 
 /// Compiles the code of the README.
