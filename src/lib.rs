@@ -55,6 +55,8 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
+#[cfg(feature = "editor")]
+pub mod editor;
 #[cfg(feature = "export")]
 pub mod export;
 pub mod mesh;
