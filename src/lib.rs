@@ -16,8 +16,7 @@
 //! history.run_until(2.0, |_| ControlFlow::Continue(()))?;
 //!
 //! let surface = history.surface()?;
-//! let here = surface.mesh.nearest(DVec3::Z, 0);
-//! println!("{:.0} m at the north pole", surface.elevation[here as usize]);
+//! println!("{:.0} m at the north pole", surface.elevation(DVec3::Z));
 //! # Ok::<(), TectonicError>(())
 //! ```
 //!
@@ -30,6 +29,7 @@
 //!   [`Start`](simulation::Start), [`Drive`](simulation::Drive), [`constants`](simulation::constants)
 //! * **Reading it**: [`Surface`](simulation::Surface), [`Statistics`](simulation::Statistics),
 //!   [`Ledger`](simulation::Ledger)
+//! * **Asking it**: [`surface`] has elevations, boundaries, plates, rays and patches of ground
 //! * **Its world**: [`SubPlate`](simulation::SubPlate) and its components, [`Plate`](simulation::Plate),
 //!   [`Topology`](simulation::Topology), [`Columns`](simulation::Columns)
 //! * **The step**: [`TectonicStep`](simulation::TectonicStep),
@@ -61,6 +61,8 @@ pub mod editor;
 pub mod export;
 pub mod mesh;
 pub mod planet;
+#[cfg(feature = "render")]
+pub mod render;
 pub mod simulation;
 pub mod surface;
 
@@ -68,7 +70,7 @@ pub mod surface;
 pub mod prelude {
     pub use crate::planet::{
         Growth, GrowthFailed, GrowthFinished, GrowthProgressed, GrowthState, Pace, Planet,
-        PlanetPlugin, PlanetSurface, PlanetSystems, PlanetView, Regrowth, SurfaceChanged,
+        PlanetPlugin, PlanetSurface, PlanetSystems, PlanetView, Planets, Regrowth, SurfaceChanged,
     };
     pub use crate::simulation::{
         Crust, History, Orogeny, Outcome, Progress, Recipe, SimulationPlugins, Statistics, Surface,

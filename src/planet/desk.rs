@@ -24,7 +24,9 @@ pub(super) struct Orders {
     pub target_my: f64,
     /// When the history is finished, in My.
     pub end_my: f64,
-    /// Steps to run whatever the time.
+    /// Whether only steps that are owed run.
+    pub paused: bool,
+    /// Steps to run whatever the time, while paused.
     pub steps: u32,
     /// Whether to take snapshots before the end.
     pub publish: bool,
@@ -50,10 +52,14 @@ impl Desk {
         self.papers.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Gives orders; steps add up. Returns what there is to report.
+    /// Gives orders; steps add up while paused. Returns what there is to report.
     pub(super) fn order(&self, orders: Orders) -> Report {
         let papers = &mut *self.papers();
-        let steps = papers.orders.steps.saturating_add(orders.steps);
+        let steps = if orders.paused {
+            papers.orders.steps.saturating_add(orders.steps)
+        } else {
+            0
+        };
         papers.orders = Orders { steps, ..orders };
         let progress = papers.report.progress;
         core::mem::replace(
@@ -65,12 +71,14 @@ impl Desk {
         )
     }
 
-    /// Stops the history between two stages.
-    pub(super) fn stop(&self) {
-        self.papers().orders.stop = true;
+    /// Stops the history between two stages. Returns it if it lay here.
+    pub(super) fn stop(&self) -> Option<Box<Worker>> {
         if let Some(cancellation) = self.cancellation.get() {
             cancellation.cancel();
         }
+        let papers = &mut *self.papers();
+        papers.orders.stop = true;
+        papers.report.returned.take()
     }
 
     /// Makes a new history stoppable.
@@ -78,8 +86,8 @@ impl Desk {
         // Each desk has one history.
         let _ = self.cancellation.set(cancellation);
         let stop = self.papers().orders.stop;
-        if stop {
-            self.stop();
+        if stop && let Some(cancellation) = self.cancellation.get() {
+            cancellation.cancel();
         }
     }
 
@@ -107,7 +115,16 @@ impl Desk {
         write(&mut self.papers().report);
     }
 
+    /// Takes a history that rests, unless nobody waits for it: then it is dropped. Each knows the other,
+    /// so together they would live for ever.
     pub(super) fn give_back(&self, worker: Box<Worker>) {
-        self.papers().report.returned = Some(worker);
+        let mut papers = self.papers();
+        if papers.orders.stop {
+            // Not under the lock: a world is large.
+            drop(papers);
+            drop(worker);
+        } else {
+            papers.report.returned = Some(worker);
+        }
     }
 }

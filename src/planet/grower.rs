@@ -87,6 +87,7 @@ impl Grower {
         Orders {
             target_my,
             end_my,
+            paused: planet.paused,
             steps,
             publish,
             stop: false,
@@ -118,8 +119,8 @@ impl Grower {
 
     fn stop(&mut self) {
         if let Some(job) = self.job.take() {
-            job.desk.stop();
-            if let Some(worker) = job.idle {
+            let returned = job.desk.stop();
+            if let Some(worker) = job.idle.or(returned) {
                 self.threads.retire(worker);
             }
         }
@@ -263,8 +264,11 @@ impl Worker {
             return Ok(());
         };
         let start = Instant::now();
+        let surface = history.surface()?;
+        // No frame shall wait for what the first query would work out.
+        surface.prepare();
         let snapshot = PlanetSurface {
-            surface: Arc::new(history.surface()?),
+            surface: Arc::new(surface),
             statistics: Arc::new(history.statistics()?),
         };
         self.published_my = Some(history.time_my());

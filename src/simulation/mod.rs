@@ -29,7 +29,7 @@ mod start;
 mod statistics;
 pub mod streams;
 mod sub_plate;
-mod surface;
+pub(crate) mod surface;
 mod topology;
 mod workers;
 

@@ -1,15 +1,33 @@
 //! An immutable copy of a planet's surface: what games query, renderers draw and exports write.
 
+mod kept;
+mod kinds;
+
+pub(crate) use kept::{Ball, Kept, SegmentTree, Starts};
+pub use kept::{BoundarySegment, PlateSummary};
+
 use super::{
-    check::run, clock::Clock, columns::Columns, error::TectonicError, recipe::Recipe, sub_plate::*,
-    topology::Topology,
+    boundaries::Contacts,
+    check::run,
+    clock::Clock,
+    columns::Columns,
+    error::TectonicError,
+    plate::{Plate, PlateBorn, PlateTable, Rotation},
+    recipe::Recipe,
+    sub_plate::*,
+    topology::{BoundaryKind, Topology},
 };
 use crate::mesh::SphereMesh;
 use bevy::prelude::*;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
+use kinds::Margins;
 
-/// A planet at one moment. All vectors are indexed by the mesh's vertices.
-#[derive(Debug, Clone)]
+/// A planet at one moment. Vectors are indexed by the mesh's vertices, one value per sub-plate, unless
+/// they say otherwise.
+///
+/// What can be asked of it is told in [`surface`](crate::surface). Answers rest on what is worked out
+/// once and kept: to change a planet, change a clone before it is asked anything.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Surface {
     /// Time since the start in My.
     pub time_my: f64,
@@ -35,6 +53,13 @@ pub struct Surface {
     pub orogeny: Vec<Orogeny>,
     /// Time since the last mountain building in My; that of the crust where there was none.
     pub orogeny_age: Vec<f32>,
+    /// Kind of boundary per *edge number* of the mesh: from the plate at the edge's first end to that at
+    /// its second. `Joined` within plates, and only there.
+    pub boundary: Vec<BoundaryKind>,
+    /// Per *plate*, in the order of ids: the id and the angular velocity in rad/My.
+    pub rotations: Vec<(u16, DVec3)>,
+    /// What queries keep.
+    pub(crate) kept: Kept,
 }
 
 impl Surface {
@@ -69,11 +94,23 @@ fn capture(
     recipe: Res<Recipe>,
     clock: Res<Clock>,
     topology: Res<Topology>,
+    contacts: Res<Contacts>,
+    plates: Query<(Entity, &Plate, &Rotation, &PlateBorn)>,
     mut sub_plates: Query<SurfaceColumns, With<SubPlate>>,
 ) -> Result<Surface, TectonicError> {
     let mesh = &topology.0;
     let (elevation, crust, created, plate, velocity, thickness, orogeny, began) =
         sub_plates.columns(mesh.vertex_count())?;
+    let plates = PlateTable::gather(plates.iter());
+    let margins = Margins {
+        mesh,
+        plate,
+        crust,
+        created,
+        plates: &plates,
+        contacts: &contacts,
+        recipe: &recipe,
+    };
     let since = |time: f32| (clock.time_my - f64::from(time)).max(0.0) as f32;
     Ok(Surface {
         time_my: clock.time_my,
@@ -101,5 +138,12 @@ fn capture(
                 })
             })
             .collect(),
+        boundary: margins.kinds(),
+        rotations: plates
+            .rows()
+            .iter()
+            .map(|plate| (plate.id.0, plate.rotation))
+            .collect(),
+        kept: Kept::default(),
     })
 }

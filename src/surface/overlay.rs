@@ -1,5 +1,13 @@
 //! Fields of a planet as colours, and the legends that explain them.
 
+mod colors;
+mod legend;
+
+#[cfg(feature = "render")]
+pub(crate) use colors::{ARROW_COLOR, ARROW_LONGEST, ARROW_RADII, OUTLINE};
+pub use colors::{boundary_color, plate_color};
+
+use crate::simulation::{Crust, Orogeny};
 use bevy::prelude::*;
 
 /// A field that can be shown in place of, or over, the natural colours of a planet.
@@ -56,6 +64,36 @@ impl Overlay {
     }
 }
 
+/// What overlays show of one place. Values may be interpolated or not.
+///
+/// ```
+/// use bevy_tectonics::prelude::*;
+/// use bevy_tectonics::surface::OverlayValues;
+///
+/// let young = OverlayValues { age: 3.0, ..OverlayValues::default() };
+/// let [red, green, blue, opacity] = Overlay::Age.color(&young);
+/// assert!(red > green && red > blue && opacity == 255);
+/// ```
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct OverlayValues {
+    /// Elevation in m above the sea.
+    pub elevation: f32,
+    /// Kind of crust.
+    pub crust: Crust,
+    /// Age of the crust in My.
+    pub age: f32,
+    /// Id of the plate, 0 = none.
+    pub plate: u16,
+    /// Thickness of the crust in km.
+    pub thickness: f32,
+    /// Speed in km/My (= mm/yr).
+    pub speed: f32,
+    /// Kind of the last mountain building.
+    pub orogeny: Orogeny,
+    /// Time since the last mountain building in My.
+    pub orogeny_age: f32,
+}
+
 /// What the colours of an overlay mean.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Legend {
@@ -64,10 +102,12 @@ pub struct Legend {
     /// Unit of the values; empty for kinds.
     pub unit: &'static str,
     /// Colours with what they stand for, in order. Values between two entries of a scale have colours
-    /// between.
+    /// between, linear in sRGB.
     pub entries: Vec<LegendEntry>,
     /// Whether the entries are points of a continuous scale rather than kinds.
     pub scale: bool,
+    /// Colours of places that have no value on the scale.
+    pub others: Vec<LegendEntry>,
 }
 
 /// One colour of a [`Legend`].

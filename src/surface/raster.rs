@@ -101,6 +101,17 @@ impl<'a> Raster<'a> {
         self.look(direction.normalize(), &mut Hints::default())
     }
 
+    /// Where the raster shows a place of a boundary between plates of the mesh.
+    #[cfg(feature = "render")]
+    pub(crate) fn bend(&self, place: DVec3) -> DVec3 {
+        let mut shown = place;
+        // The warp has no inverse in closed form, but it changes slowly.
+        for _ in 0..10 {
+            shown = (shown + place - self.texture.plates(shown)).normalize_or(place);
+        }
+        shown
+    }
+
     /// As [`sample`](Self::sample) of a unit vector; lookups nearby are cheaper with the hints of the last.
     pub(crate) fn look(&self, direction: DVec3, hints: &mut Hints) -> Pixel {
         let surface = self.surface;

@@ -1,11 +1,9 @@
-//! Colours of land and sea, as linear ramps over elevation.
+//! Colours of land and sea, as linear ramps over elevation in metres.
 
 use glam::Vec3;
 
+pub(crate) use super::ramp::{Ramp, look_up};
 use super::raster::{ramp, smooth};
-
-/// Elevation in metres, red, green, blue (0–255).
-type Ramp = [(f32, [u8; 3])];
 
 const HUMID: &Ramp = &[
     (0.0, [104, 148, 94]),
@@ -52,21 +50,6 @@ const SEA: &Ramp = &[
 ];
 const ICE: Vec3 = Vec3::new(0.945, 0.962, 0.975);
 const PACK_ICE: Vec3 = Vec3::new(0.86, 0.91, 0.94);
-
-fn look_up(table: &Ramp, elevation: f32) -> Vec3 {
-    let colour = |[r, g, b]: [u8; 3]| Vec3::new(f32::from(r), f32::from(g), f32::from(b)) / 255.0;
-    let above = table.partition_point(|&(step, _)| step < elevation);
-    match (
-        above.checked_sub(1).and_then(|below| table.get(below)),
-        table.get(above),
-    ) {
-        (Some(&(low, dark)), Some(&(high, light))) => {
-            colour(dark).lerp(colour(light), ramp(low, high, elevation))
-        }
-        (Some(&(_, only)), None) | (None, Some(&(_, only))) => colour(only),
-        (None, None) => Vec3::ZERO,
-    }
-}
 
 /// The climate that a latitude suggests. `wander` (−1 to 1) bends the belts, so that they do not run
 /// along parallels.
