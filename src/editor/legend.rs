@@ -3,11 +3,14 @@
 use super::look::{self, FAINT, LINE, TEXT};
 use crate::surface::{Legend, LegendEntry, Overlay};
 use bevy_egui::egui::{
-    Align2, Color32, FontId, Grid, Mesh, Rect, Sense, Shape, Stroke, StrokeKind, Ui, pos2, vec2,
+    Color32, FontId, Mesh, Rect, RichText, Sense, Shape, Stroke, StrokeKind, Ui, Vec2, pos2, vec2,
 };
 
-/// Kinds beyond this many stand in three columns.
-const MANY: usize = 12;
+/// Columns of kinds.
+const MOST_COLUMNS: usize = 3;
+/// Size of a swatch, and height of its line.
+const SQUARE: f32 = 12.0;
+const LINE_HEIGHT: f32 = 16.0;
 /// Height of the bar of a scale.
 const BAR: f32 = 12.0;
 
@@ -20,24 +23,15 @@ impl Legends {
     pub(super) fn of(&mut self, overlay: Overlay) -> &Legend {
         let at = self.0.iter().position(|(known, _)| *known == overlay);
         let at = at.unwrap_or_else(|| {
-            self.0.push((overlay, legend_of(overlay)));
+            self.0.push((overlay, overlay.legend()));
             self.0.len() - 1
         });
         &self.0[at].1
     }
 }
 
-/// The one place that asks for a legend.
-fn legend_of(overlay: Overlay) -> Legend {
-    // PLUG: `overlay.legend()`.
-    stub(overlay)
-}
-
 /// Draws a legend: swatches, or the bar of a scale.
 pub(super) fn show(ui: &mut Ui, legend: &Legend) {
-    if legend.entries.is_empty() {
-        return;
-    }
     if legend.unit.is_empty() {
         look::caption(ui, legend.title);
     } else {
@@ -46,7 +40,11 @@ pub(super) fn show(ui: &mut Ui, legend: &Legend) {
     if legend.scale && legend.entries.len() > 1 {
         scale(ui, &legend.entries);
     } else {
-        swatches(ui, legend);
+        swatches(ui, &legend.entries);
+    }
+    swatches(ui, &legend.others);
+    if legend.entries.is_empty() {
+        ui.label(RichText::new("Colours only tell neighbours apart.").small());
     }
 }
 
@@ -55,44 +53,38 @@ fn color(entry: &LegendEntry) -> Color32 {
     Color32::from_rgb(r, g, b)
 }
 
-fn swatches(ui: &mut Ui, legend: &Legend) {
-    let columns = match legend.entries.len() {
-        0..=2 => 1,
-        3..=MANY => 2,
-        _ => 3,
-    };
-    let gap = 6.0;
-    let width = (ui.available_width() - gap * (columns - 1) as f32) / columns as f32;
-    Grid::new(("legend", legend.title))
-        .spacing(vec2(gap, 2.0))
-        .min_row_height(15.0)
-        .show(ui, |ui| {
-            for row in legend.entries.chunks(columns) {
-                for entry in row {
-                    let (rect, _) = ui.allocate_exact_size(vec2(width, 15.0), Sense::hover());
-                    let square = Rect::from_center_size(
-                        rect.left_center() + vec2(6.0, 0.0),
-                        vec2(12.0, 12.0),
-                    );
-                    let painter = ui.painter().with_clip_rect(rect.intersect(ui.clip_rect()));
-                    painter.rect(
-                        square,
-                        2,
-                        color(entry),
-                        Stroke::new(1.0, LINE),
-                        StrokeKind::Inside,
-                    );
-                    painter.text(
-                        rect.left_center() + vec2(18.0, 0.0),
-                        Align2::LEFT_CENTER,
-                        &entry.label,
-                        FontId::proportional(11.5),
-                        TEXT,
-                    );
-                }
-                ui.end_row();
-            }
-        });
+/// Kinds in as many columns as their labels leave room for.
+fn swatches(ui: &mut Ui, entries: &[LegendEntry]) {
+    let painter = ui.painter().clone();
+    let galleys = entries.iter().map(|entry| {
+        let font = FontId::proportional(11.5);
+        painter.layout_no_wrap(entry.label.clone(), font, TEXT)
+    });
+    let galleys: Vec<_> = galleys.collect();
+    let widest = galleys
+        .iter()
+        .map(|galley| galley.size().x)
+        .fold(0.0, f32::max);
+    let room = ui.available_width() / (widest + SQUARE + 14.0);
+    let columns = (room as usize).clamp(1, MOST_COLUMNS);
+    // Read downwards, as they are ordered.
+    let rows = entries.len().div_ceil(columns);
+    let size = vec2(ui.available_width(), rows as f32 * LINE_HEIGHT);
+    let (rect, _) = ui.allocate_exact_size(size, Sense::hover());
+    if !ui.is_rect_visible(rect) {
+        return;
+    }
+    let painter = painter.with_clip_rect(rect.intersect(ui.clip_rect()));
+    let width = rect.width() / columns as f32;
+    for (i, (entry, galley)) in entries.iter().zip(galleys).enumerate() {
+        let corner = vec2((i / rows) as f32 * width, (i % rows) as f32 * LINE_HEIGHT);
+        let corner = rect.min + corner;
+        let square = Rect::from_min_size(corner + vec2(0.0, 2.0), Vec2::splat(SQUARE));
+        let line = Stroke::new(1.0, LINE);
+        painter.rect(square, 2, color(entry), line, StrokeKind::Inside);
+        let height = 0.5 * (LINE_HEIGHT - galley.size().y);
+        painter.galley(corner + vec2(SQUARE + 6.0, height), galley, TEXT);
+    }
 }
 
 /// A bar whose entries are evenly spaced, with as many labels as fit.
@@ -145,44 +137,6 @@ fn scale(ui: &mut Ui, entries: &[LegendEntry]) {
     }
 }
 
-/// Stands in until overlays explain themselves.
-fn stub(overlay: Overlay) -> Legend {
-    let (unit, scale, entries): (_, _, &[([u8; 3], &str)]) = match overlay {
-        Overlay::Age => (
-            "My",
-            true,
-            &[
-                ([190, 20, 30], "0"),
-                ([240, 150, 40], "40"),
-                ([250, 230, 90], "80"),
-                ([90, 190, 110], "120"),
-                ([40, 90, 190], "180"),
-            ],
-        ),
-        _ => (
-            "",
-            false,
-            &[
-                ([200, 60, 50], "one kind"),
-                ([60, 140, 200], "another kind"),
-                ([200, 180, 80], "a third kind"),
-            ],
-        ),
-    };
-    Legend {
-        title: overlay.name(),
-        unit,
-        entries: entries
-            .iter()
-            .map(|&(color, label)| LegendEntry {
-                color,
-                label: label.into(),
-            })
-            .collect(),
-        scale,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -192,7 +146,7 @@ mod tests {
         let mut legends = Legends::default();
         for _ in 0..2 {
             for overlay in Overlay::ALL {
-                assert_eq!(legends.of(overlay).title, legend_of(overlay).title);
+                assert_eq!(legends.of(overlay).title, overlay.legend().title);
             }
         }
         assert_eq!(legends.0.len(), Overlay::ALL.len());

@@ -9,7 +9,7 @@
 //! use bevy_tectonics::prelude::*;
 //!
 //! App::new()
-//!     .add_plugins((DefaultPlugins, PlanetPlugin::default(), EditorPlugin::default()))
+//!     .add_plugins((DefaultPlugins, PlanetPlugin::default(), EditorPlugin))
 //!     .add_systems(Startup, |mut commands: Commands| {
 //!         commands.spawn((Camera3d::default(), Transform::from_xyz(0.0, 0.0, 3.0)));
 //!         commands.spawn((Name::new("Terra"), Planet::new(Recipe::earth_like(7))));
@@ -67,34 +67,17 @@ use bevy_egui::{EguiPlugin, EguiPrimaryContextPass};
 
 /// Adds the panel, and [`EguiPlugin`] if it is missing: a game with settings of its own for egui adds
 /// that plugin before this one.
-#[derive(Debug, Clone, Default)]
-pub struct EditorPlugin {
-    /// How the panel starts.
-    pub editor: Editor,
-}
-
-impl EditorPlugin {
-    /// The panel at another side of the window.
-    #[must_use]
-    pub fn at(mut self, side: EditorSide) -> Self {
-        self.editor.side = side;
-        self
-    }
-
-    /// The panel folded away behind a button.
-    #[must_use]
-    pub fn folded(mut self) -> Self {
-        self.editor.folded = true;
-        self
-    }
-}
+///
+/// To begin with another side or folded, insert an [`Editor`] of your own.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct EditorPlugin;
 
 impl Plugin for EditorPlugin {
     fn build(&self, app: &mut App) {
         if !app.is_plugin_added::<EguiPlugin>() {
             app.add_plugins(EguiPlugin::default());
         }
-        app.insert_resource(self.editor.clone())
+        app.init_resource::<Editor>()
             .register_type::<Editor>()
             .init_resource::<panel::Notes>()
             .init_resource::<pointer::Pointer>()

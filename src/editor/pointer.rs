@@ -2,8 +2,9 @@
 
 use super::figures::{azimuth, latitude, longitude, tenth_in, whole, whole_in};
 use super::look::{self, FAINT};
-use crate::planet::{Planet, PlanetSurface, from_scene};
-use crate::simulation::{Crust, Orogeny, Surface};
+use crate::planet::{PlanetSurface, Planets};
+use crate::simulation::{BoundaryKind, Crust, Orogeny, Surface};
+use crate::surface::{NearBoundary, Place, east_north, lat_lon};
 use bevy::camera::{Camera, NormalizedRenderTarget, RenderTarget};
 use bevy::math::{DVec3, Ray3d};
 use bevy::prelude::*;
@@ -17,27 +18,22 @@ use bevy_egui::{
 #[derive(Resource, Debug, Default)]
 pub(super) struct Pointer(pub Option<Spot>);
 
-/// A place on a planet in figures.
-#[derive(Debug, Clone, PartialEq)]
+/// A place on a planet, and what is near.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Spot {
     pub planet: Entity,
-    /// Degrees.
-    pub latitude: f64,
-    pub longitude: f64,
-    pub elevation_m: f64,
-    pub crust: Crust,
-    /// Id, 0 = none.
-    pub plate: u16,
-    pub age_my: f64,
-    pub thickness_km: f64,
-    /// mm/yr.
-    pub speed: f64,
-    /// Degrees from north over east.
-    pub azimuth: f64,
-    pub orogeny: Orogeny,
-    pub orogeny_age_my: f64,
-    /// What the nearest boundary is, and how far in km.
-    pub boundary: Option<(&'static str, f64)>,
+    pub place: Place,
+    pub boundary: Option<NearBoundary>,
+}
+
+impl Spot {
+    pub(super) fn new(planet: Entity, surface: &Surface, place: Place) -> Self {
+        Self {
+            planet,
+            place,
+            boundary: surface.nearest_boundary(place.direction),
+        }
+    }
 }
 
 type Cameras<'w, 's> = Query<
@@ -51,23 +47,13 @@ type Cameras<'w, 's> = Query<
     With<Camera3d>,
 >;
 
-type Targets<'w, 's> = Query<
-    'w,
-    's,
-    (
-        Entity,
-        &'static Planet,
-        &'static GlobalTransform,
-        &'static PlanetSurface,
-    ),
->;
-
 /// Looks along the pointer's ray, unless it is the panel's.
 pub(super) fn look_under_pointer(
     wants: Option<Res<EguiWantsInput>>,
     window: Option<Single<(Entity, &Window), With<PrimaryWindow>>>,
     cameras: Cameras,
-    planets: Targets,
+    planets: Planets,
+    surfaces: Query<&PlanetSurface>,
     mut pointer: ResMut<Pointer>,
 ) {
     // What was last seen stays while the panel is used.
@@ -76,7 +62,11 @@ pub(super) fn look_under_pointer(
     }
     let spot = window
         .and_then(|window| cast(window.0, window.1, &cameras))
-        .and_then(|ray| pick(ray, &planets));
+        .and_then(|ray| planets.pick(ray))
+        .and_then(|pick| {
+            let surface = surfaces.get(pick.planet).ok()?;
+            Some(Spot::new(pick.planet, surface, pick.place))
+        });
     if pointer.0 != spot {
         pointer.0 = spot;
     }
@@ -102,64 +92,9 @@ fn cast(window: Entity, properties: &Window, cameras: &Cameras) -> Option<Ray3d>
     camera.viewport_to_world(transform, cursor).ok()
 }
 
-/// The one place that asks what a ray meets.
-fn pick(ray: Ray3d, planets: &Targets) -> Option<Spot> {
-    // PLUG: `let pick = planets.pick(ray)?; Some(describe(pick.planet, surface, &pick.place))`, with the
-    // parameter `planets: crate::planet::Planets`, in place of everything below.
-    let mut nearest: Option<(f32, Spot)> = None;
-    for (entity, planet, transform, surface) in planets {
-        let back = transform.affine().inverse();
-        let origin = back.transform_point3(ray.origin);
-        let direction = back.transform_vector3(*ray.direction).normalize_or_zero();
-        let Some(distance) = meet_sphere(origin, direction, planet.radius) else {
-            continue;
-        };
-        if nearest.as_ref().is_none_or(|(best, _)| distance < *best) {
-            let place = from_scene(origin + direction * distance).normalize_or(DVec3::Z);
-            nearest = Some((distance, describe(entity, surface, place)));
-        }
-    }
-    nearest.map(|(_, spot)| spot)
-}
-
-/// Distance at which a ray from outside meets a sphere around the origin.
-fn meet_sphere(origin: Vec3, direction: Vec3, radius: f32) -> Option<f32> {
-    let along = origin.dot(direction);
-    let root = along * along - origin.length_squared() + radius * radius;
-    let distance = -along - root.max(0.0).sqrt();
-    (root >= 0.0 && distance > 0.0).then_some(distance)
-}
-
-/// The one place that asks a surface what is where.
-fn describe(planet: Entity, surface: &Surface, direction: DVec3) -> Spot {
-    // PLUG: the fields of `surface.at(direction)`, and of `surface.nearest_boundary(direction)`.
-    let here = surface.mesh.nearest(direction, 0) as usize;
-    let velocity = surface
-        .velocity
-        .get(here)
-        .map_or(DVec3::ZERO, |v| v.as_dvec3());
-    let value = |column: &[f32]| column.get(here).copied().map_or(0.0, f64::from);
-    Spot {
-        planet,
-        latitude: libm::asin(direction.z.clamp(-1.0, 1.0)).to_degrees(),
-        longitude: libm::atan2(direction.y, direction.x).to_degrees(),
-        elevation_m: value(&surface.elevation),
-        crust: surface.crust.get(here).copied().unwrap_or_default(),
-        plate: surface.plate.get(here).copied().unwrap_or_default(),
-        age_my: value(&surface.age),
-        thickness_km: value(&surface.thickness),
-        speed: velocity.length(),
-        azimuth: bearing(direction, velocity),
-        orogeny: surface.orogeny.get(here).copied().unwrap_or_default(),
-        orogeny_age_my: value(&surface.orogeny_age),
-        boundary: None,
-    }
-}
-
 /// Azimuth of a tangent vector in degrees from north over east.
-fn bearing(place: DVec3, vector: DVec3) -> f64 {
-    let east = DVec3::Z.cross(place).normalize_or(DVec3::Y);
-    let north = place.cross(east);
+fn bearing(direction: DVec3, vector: DVec3) -> f64 {
+    let (east, north) = east_north(direction);
     libm::atan2(vector.dot(east), vector.dot(north)).to_degrees()
 }
 
@@ -170,44 +105,62 @@ pub(super) fn show(ui: &mut Ui, spot: Option<&Spot>) {
         ui.label(RichText::new("Move the pointer over the planet.").color(FAINT));
         return;
     };
-    let crust = match spot.crust {
+    let place = &spot.place;
+    let crust = match place.crust {
         Crust::Oceanic => "oceanic",
         Crust::Continental => "continental",
     };
-    let plate = if spot.plate == 0 {
-        "none".to_owned()
-    } else {
-        format!("number {}", spot.plate)
-    };
-    let mountains = match spot.orogeny {
+    let mountains = match place.orogeny {
         Orogeny::None => "none".to_owned(),
-        kind => format!("{}, {}", belt(kind), since(spot.orogeny_age_my)),
+        kind => format!("{}, {}", belt(kind), since(f64::from(place.orogeny_age))),
     };
-    let velocity = if spot.speed < 0.05 {
-        "at rest".to_owned()
-    } else {
-        format!(
-            "{} towards {}",
-            tenth_in(spot.speed, "mm/yr"),
-            azimuth(spot.azimuth)
-        )
-    };
-    let boundary = spot.boundary.map_or_else(
-        || "–".to_owned(),
-        |(kind, distance)| format!("{kind}, {} away", whole_in(distance, "km")),
-    );
-    let place = format!("{}, {}", latitude(spot.latitude), longitude(spot.longitude));
-    look::fact(ui, "Place", &place, None);
-    let height = whole_in(spot.elevation_m, "m");
-    look::fact(ui, "Elevation", &height, None);
-    let thickness = tenth_in(spot.thickness_km, "km");
+    let (north, east) = lat_lon(place.direction);
+    let position = format!("{}, {}", latitude(north), longitude(east));
+    look::fact(ui, "Place", &position, None);
+    let elevation = whole_in(f64::from(place.elevation), "m");
+    look::fact(ui, "Elevation", &elevation, None);
+    let thickness = tenth_in(f64::from(place.thickness), "km");
     look::fact(ui, "Crust", &format!("{crust}, {thickness} thick"), None);
-    look::fact(ui, "Age", &whole_in(spot.age_my, "My"), None);
-    look::fact(ui, "Plate", &plate, None);
-    look::fact(ui, "Velocity", &velocity, None)
+    look::fact(ui, "Age", &whole_in(f64::from(place.age), "My"), None);
+    look::fact(ui, "Plate", &plate(place.plate), None);
+    look::fact(ui, "Velocity", &velocity(place), None)
         .on_hover_text("Speed, and azimuth from north over east.");
     look::fact(ui, "Mountains", &mountains, None).on_hover_text("The last mountain building.");
-    look::fact(ui, "Boundary", &boundary, None).on_hover_text("The nearest boundary of plates.");
+    let near = spot.boundary.as_ref().map_or_else(|| "–".into(), boundary);
+    look::fact(ui, "Boundary", &near, None).on_hover_text("The nearest boundary of plates.");
+}
+
+fn plate(id: u16) -> String {
+    if id == 0 {
+        "none".into()
+    } else {
+        format!("number {id}")
+    }
+}
+
+fn velocity(place: &Place) -> String {
+    let velocity = place.velocity.as_dvec3();
+    let speed = velocity.length();
+    if speed < 0.05 {
+        return "at rest".into();
+    }
+    let direction = azimuth(bearing(place.direction, velocity));
+    format!("{}, {direction}", tenth_in(speed, "mm/yr"))
+}
+
+fn boundary(near: &NearBoundary) -> String {
+    let kind = match near.segment.kind {
+        BoundaryKind::Ridge => "ridge",
+        BoundaryKind::Joined | BoundaryKind::Transform => "transform",
+        BoundaryKind::SubductingOrigin | BoundaryKind::SubductingDestination => "subduction",
+        BoundaryKind::Collision => "collision",
+    };
+    let speed = near.segment.slip.length();
+    format!(
+        "{kind}, {}, {}",
+        whole_in(near.distance_km, "km"),
+        tenth_in(f64::from(speed), "mm/yr")
+    )
 }
 
 fn belt(orogeny: Orogeny) -> &'static str {
@@ -229,14 +182,6 @@ fn since(age_my: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn rays_meet_spheres_from_outside() {
-        let from = Vec3::new(0.0, 0.0, 3.0);
-        assert_eq!(meet_sphere(from, Vec3::NEG_Z, 1.0), Some(2.0));
-        assert_eq!(meet_sphere(from, Vec3::Z, 1.0), None);
-        assert_eq!(meet_sphere(from, Vec3::X, 1.0), None);
-    }
 
     #[test]
     fn bearings_go_from_north_over_east() {

@@ -1,7 +1,7 @@
 //! The whole panel without a window.
 
 use super::panel::{Notes, Panel, forget_planet, record_surface};
-use super::pointer::Pointer;
+use super::pointer::{Pointer, Spot};
 use super::*;
 use crate::planet::{
     Growth, GrowthFailure, GrowthState, Pace, Planet, PlanetPlugin, PlanetSurface, PlanetView,
@@ -33,6 +33,11 @@ fn small(seed: u64) -> Planet {
 
 /// One frame of the panel, with every section open.
 fn draw(app: &mut App, context: &egui::Context, events: Vec<Event>) -> egui::FullOutput {
+    // New areas are measured before they are seen.
+    if context.cumulative_pass_nr() == 0 {
+        let _ = context.run_ui(RawInput::default(), |_| {});
+        draw(app, context, Vec::new());
+    }
     let screen = egui::Rect::from_min_size(pos2(0.0, 0.0), vec2(1200.0, 3000.0));
     let input = RawInput {
         screen_rect: Some(screen),
@@ -202,8 +207,20 @@ fn a_grown_planet_is_measured_and_forgotten() {
     for section in ["Statistics", "Charts", "Timings", "Constants"] {
         click(&mut app, &context, section);
     }
+    let spot = app
+        .world()
+        .get::<PlanetSurface>(planet)
+        .map(|surface| Spot::new(planet, surface, surface.at_lat_lon(47.0, 8.5)));
+    assert!(spot.is_some());
+    app.world_mut().resource_mut::<Pointer>().0 = spot;
     let output = draw(&mut app, &context, Vec::new());
-    for text in ["260,000 km", "Number of plates", "Erode", "Motion"] {
+    for text in [
+        "47.0° N, 8.5° E",
+        "260,000 km",
+        "Number of plates",
+        "Erode",
+        "Motion",
+    ] {
         assert!(shows(&output, text), "{text}");
     }
     app.world_mut().despawn(planet);
