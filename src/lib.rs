@@ -1,10 +1,26 @@
 //! Grow whole planets by plate tectonics.
 //!
 //! A [`Recipe`](simulation::Recipe) goes in, millions of years pass, and a planet with continents,
-//! mountain belts, ridges and trenches comes out. It needs no window, and the same recipe grows the same
-//! planet, bit for bit, on any number of threads.
+//! mountain belts, ridges and trenches comes out: on screen in a game, or without a window. The same
+//! recipe grows the same planet, bit for bit, on any number of threads.
 //!
 //! # Getting started
+//!
+//! In a game, [`TectonicsPlugins`] and one entity with a [`Planet`](planet::Planet) are all it takes:
+//!
+//! ```
+//! use bevy::prelude::*;
+//! use bevy_tectonics::prelude::*;
+//!
+//! App::new()
+//!     .add_plugins((MinimalPlugins, TectonicsPlugins)) // `DefaultPlugins` to see something
+//!     .add_systems(Startup, |mut commands: Commands| {
+//!         commands.spawn(Planet::new(Recipe::earth_like(42).with_sub_plates(500)));
+//!     })
+//!     .update();
+//! ```
+//!
+//! Without a game, [`History`](simulation::History) runs a recipe step by step:
 //!
 //! ```
 //! use bevy::math::DVec3;
@@ -20,11 +36,12 @@
 //! # Ok::<(), TectonicError>(())
 //! ```
 //!
-//! `cargo run --release --example generate -- --seed 7 --out target/planet` grows a planet and writes
-//! its maps.
-//!
 //! # Table of contents
 //!
+//! * **Planets in a game**: [`Planet`](planet::Planet), [`Growth`](planet::Growth),
+//!   [`PlanetSurface`](planet::PlanetSurface), [`PlanetView`](planet::PlanetView),
+//!   [`Planets`](planet::Planets), [`SurfaceChanged`](planet::SurfaceChanged)
+//! * **Seeing it**: `render`, `editor` (cargo features)
 //! * **Growing a planet**: [`History`](simulation::History), [`Recipe`](simulation::Recipe),
 //!   [`Start`](simulation::Start), [`Drive`](simulation::Drive), [`constants`](simulation::constants)
 //! * **Reading it**: [`Surface`](simulation::Surface), [`Statistics`](simulation::Statistics),
@@ -48,7 +65,10 @@
 //!
 //! | feature | default | adds |
 //! |---|---|---|
+//! | `render` | yes | planets and overlays in a Bevy scene |
 //! | `export` | yes | equirectangular maps, the coloured relief map and `planet.json` |
+//! | `window` | yes | what the examples need to open a window |
+//! | `editor` | no | a control panel with `bevy_egui` |
 //!
 //! Without default features the crate compiles no renderer, no window and no image codec.
 #![warn(missing_docs)]
@@ -57,6 +77,8 @@
 
 use bevy::app::{PluginGroup, PluginGroupBuilder};
 
+#[cfg(feature = "editor")]
+pub mod editor;
 #[cfg(feature = "export")]
 pub mod export;
 pub mod mesh;
