@@ -1,10 +1,26 @@
 //! Grow whole planets by plate tectonics.
 //!
 //! A [`Recipe`](simulation::Recipe) goes in, millions of years pass, and a planet with continents,
-//! mountain belts, ridges and trenches comes out. It needs no window, and the same recipe grows the same
-//! planet, bit for bit, on any number of threads.
+//! mountain belts, ridges and trenches comes out: on screen in a game, or without a window. The same
+//! recipe grows the same planet, bit for bit, on any number of threads.
 //!
 //! # Getting started
+//!
+//! In a game, [`TectonicsPlugins`] and one entity with a [`Planet`](planet::Planet) are all it takes:
+//!
+//! ```
+//! use bevy::prelude::*;
+//! use bevy_tectonics::prelude::*;
+//!
+//! App::new()
+//!     .add_plugins((MinimalPlugins, TectonicsPlugins)) // `DefaultPlugins` to see something
+//!     .add_systems(Startup, |mut commands: Commands| {
+//!         commands.spawn(Planet::new(Recipe::earth_like(42).with_sub_plates(500)));
+//!     })
+//!     .update();
+//! ```
+//!
+//! Without a game, [`History`](simulation::History) runs a recipe step by step:
 //!
 //! ```
 //! use bevy::math::DVec3;
@@ -16,20 +32,21 @@
 //! history.run_until(2.0, |_| ControlFlow::Continue(()))?;
 //!
 //! let surface = history.surface()?;
-//! let here = surface.mesh.nearest(DVec3::Z, 0);
-//! println!("{:.0} m at the north pole", surface.elevation[here as usize]);
+//! println!("{:.0} m at the north pole", surface.elevation(DVec3::Z));
 //! # Ok::<(), TectonicError>(())
 //! ```
 //!
-//! `cargo run --release --example generate -- --seed 7 --out target/planet` grows a planet and writes
-//! its maps.
-//!
 //! # Table of contents
 //!
+//! * **Planets in a game**: [`Planet`](planet::Planet), [`Growth`](planet::Growth),
+//!   [`PlanetSurface`](planet::PlanetSurface), [`PlanetView`](planet::PlanetView),
+//!   [`Planets`](planet::Planets), [`SurfaceChanged`](planet::SurfaceChanged)
+//! * **Seeing it**: `render`, `editor` (cargo features)
 //! * **Growing a planet**: [`History`](simulation::History), [`Recipe`](simulation::Recipe),
 //!   [`Start`](simulation::Start), [`Drive`](simulation::Drive), [`constants`](simulation::constants)
 //! * **Reading it**: [`Surface`](simulation::Surface), [`Statistics`](simulation::Statistics),
 //!   [`Ledger`](simulation::Ledger)
+//! * **Asking it**: [`surface`] has elevations, boundaries, plates, rays and patches of ground
 //! * **Its world**: [`SubPlate`](simulation::SubPlate) and its components, [`Plate`](simulation::Plate),
 //!   [`Topology`](simulation::Topology), [`Columns`](simulation::Columns)
 //! * **The step**: [`TectonicStep`](simulation::TectonicStep),
@@ -48,13 +65,20 @@
 //!
 //! | feature | default | adds |
 //! |---|---|---|
+//! | `render` | yes | planets and overlays in a Bevy scene |
 //! | `export` | yes | equirectangular maps, the coloured relief map and `planet.json` |
+//! | `window` | yes | what the examples need to open a window |
+//! | `editor` | no | a control panel with `bevy_egui` |
 //!
 //! Without default features the crate compiles no renderer, no window and no image codec.
 #![warn(missing_docs)]
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
+use bevy::app::{PluginGroup, PluginGroupBuilder};
+
+#[cfg(feature = "editor")]
+pub mod editor;
 #[cfg(feature = "export")]
 pub mod export;
 pub mod mesh;
@@ -66,15 +90,37 @@ pub mod surface;
 
 /// What most programs need.
 pub mod prelude {
+    pub use crate::TectonicsPlugins;
     pub use crate::planet::{
         Growth, GrowthFailed, GrowthFinished, GrowthProgressed, GrowthState, Pace, Planet,
-        PlanetPlugin, PlanetSurface, PlanetSystems, PlanetView, Regrowth, SurfaceChanged,
+        PlanetPlugin, PlanetSurface, PlanetSystems, PlanetView, Planets, Regrowth, SurfaceChanged,
     };
     pub use crate::simulation::{
         Crust, History, Orogeny, Outcome, Progress, Recipe, SimulationPlugins, Statistics, Surface,
         TectonicError, TectonicStep, TectonicSystems,
     };
     pub use crate::surface::Overlay;
+}
+
+/// Everything a game with planets needs: add it after `DefaultPlugins`.
+///
+/// | plugin | feature | what it does |
+/// |---|---|---|
+/// | [`PlanetPlugin`](planet::PlanetPlugin) | | grows planets in the background |
+/// | `PlanetRenderPlugin` | `render` | draws them |
+///
+/// Planets are set up by replacing the plugin:
+/// `TectonicsPlugins.set(PlanetPlugin::default().with_threads(2))`.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct TectonicsPlugins;
+
+impl PluginGroup for TectonicsPlugins {
+    fn build(self) -> PluginGroupBuilder {
+        let group = PluginGroupBuilder::start::<Self>().add(planet::PlanetPlugin::default());
+        #[cfg(feature = "render")]
+        let group = group.add(render::PlanetRenderPlugin);
+        group
+    }
 }
 
 /// Compiles the code of the README.

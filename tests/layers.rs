@@ -113,7 +113,7 @@ fn the_simulation_knows_no_files_and_no_pictures() {
 
 #[test]
 fn upper_rooms_stay_apart() {
-    const UPPER: [&str; 1] = ["export"];
+    const UPPER: [&str; 2] = ["export", "editor"];
     for folder in ["surface"] {
         assert_never_names_rooms(folder, &UPPER);
     }

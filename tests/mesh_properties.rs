@@ -5,7 +5,7 @@ mod common;
 #[path = "mesh_properties/degenerate.rs"]
 mod degenerate;
 
-use bevy_tectonics::mesh::{BuildError, HalfEdge, MeshFault, SphereMesh, Vertex};
+use bevy_tectonics::mesh::{BuildError, Edge, HalfEdge, MeshFault, SphereMesh, Vertex};
 use common::{
     Dice, Mesh, build, check, check_hull, check_queries, check_renumbering, collapse, disturb,
     labels, remove_detached, repair,
@@ -42,6 +42,20 @@ proptest! {
         repair(&mut mesh);
         let edges = |mesh: &Mesh| labels(mesh).into_iter().map(|(ends, _)| ends).collect::<Vec<_>>();
         prop_assert_eq!(edges(&build(mesh.sites().to_vec())), edges(&mesh));
+    }
+
+    #[test]
+    fn sweeps_find_what_to_repair(seed: u64) {
+        let mut dice = Dice(seed);
+        let mut mesh = build(dice.directions(100));
+        disturb(&mut mesh, &mut dice);
+        let wrong = |e: &Edge| {
+            !mesh.is_locally_delaunay(*e) || [2 * e, 2 * e + 1].iter().any(|&h| mesh.is_inverted(h))
+        };
+        let brute: Vec<Edge> = mesh.edges().filter(wrong).collect();
+        let (middle, end) = (dice.below(mesh.edge_slots()), mesh.edge_slots());
+        let found = [0..middle, middle..end].map(|slots| mesh.edges_to_repair(slots));
+        prop_assert_eq!(found.concat(), brute);
     }
 
     #[test]

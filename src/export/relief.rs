@@ -5,12 +5,15 @@ mod window;
 
 use std::{f32::consts::FRAC_1_SQRT_2, f64::consts::PI};
 
-use fastnoise_lite::{FastNoiseLite, FractalType, NoiseType};
 use glam::{Vec2, Vec3};
 
 use super::grid::Grid;
 use crate::simulation::Surface;
-use crate::surface::{Pixel, direction, raster::ramp, tint::Climate};
+use crate::surface::{
+    Pixel, direction,
+    ground::ramp,
+    tint::{Climate, Wander},
+};
 use boundary::Boundaries;
 use window::Window;
 
@@ -31,7 +34,7 @@ const FLOURISH: f32 = 0.10;
 pub(super) struct Painter {
     grid: Grid,
     window: Window,
-    climate: FastNoiseLite,
+    wander: Wander,
     boundaries: Boundaries,
     /// Pixels over which the broad component of the shading is measured.
     broad: i64,
@@ -42,20 +45,14 @@ pub(super) struct Painter {
 
 impl Painter {
     pub(super) fn new(grid: Grid, surface: &Surface) -> Self {
-        let (radius_km, seed) = (surface.radius_km, surface.seed);
-        let mut climate = FastNoiseLite::with_seed((seed ^ (seed >> 32)) as i32);
-        climate.set_noise_type(Some(NoiseType::OpenSimplex2));
-        climate.set_fractal_type(Some(FractalType::FBm));
-        climate.set_fractal_octaves(Some(5));
-        climate.set_frequency(Some(1.7));
-        let metres_per_pixel = (radius_km * 1000.0 * PI / f64::from(grid.height)) as f32;
+        let metres_per_pixel = (surface.radius_km * 1000.0 * PI / f64::from(grid.height)) as f32;
         let pixel_km = metres_per_pixel / 1000.0;
         let spacing =
             (4.0 * PI / surface.mesh.sites().len() as f64).sqrt() * f64::from(grid.height) / PI;
         Self {
             grid,
             window: Window::new(grid),
-            climate,
+            wander: Wander::new(surface.seed),
             boundaries: Boundaries::new(grid, 0.9 * spacing),
             broad: (i64::from(grid.width) / 512).max(2),
             metres_per_pixel,
@@ -117,8 +114,7 @@ impl Painter {
         let (column, line) = (i64::from(x), i64::from(y));
         let latitude = self.grid.latitude(y);
         let place = direction(self.grid.longitude(x), latitude).as_vec3();
-        let wander = 1.6 * self.climate.get_noise_3d(place.x, place.y, place.z);
-        let climate = Climate::at(latitude.to_degrees() as f32, wander.clamp(-1.0, 1.0));
+        let climate = Climate::at(latitude.to_degrees() as f32, self.wander.at(place));
         let elevation = self.window.at(column, line).elevation;
 
         let fine = self.slope(column, line, 1, latitude);

@@ -68,7 +68,7 @@ impl<E: EdgePayload> SphereMesh<E> {
         let plane = triangulate_plane(&sites)?;
         let mut mesh = close_at_pole(sites, &plane);
         // Projection rounds; the exact predicate on the sphere has the last word.
-        let queue = mesh.non_delaunay_edges(0..mesh.edge_slots());
+        let queue = mesh.edges_to_repair(0..mesh.edge_slots());
         let blocked = mesh.lawson(queue, &mut Vec::new())?;
         let folded: Vec<HalfEdge> = mesh.triangles().filter(|&h| mesh.is_inverted(h)).collect();
         if !folded.is_empty() && !mesh.surrounds_centre() {

@@ -55,19 +55,30 @@ impl<E: EdgePayload> SphereMesh<E> {
         &self.sites[self.origin(h) as usize]
     }
 
-    /// Whether the circumcircle of one triangle at `e` does not enclose the apex of the other: the
-    /// apex is not above the triangle's plane. Exact.
-    pub fn is_locally_delaunay(&self, e: Edge) -> bool {
-        self.is_below_planes(e)
-    }
-
-    /// [`is_locally_delaunay`](Self::is_locally_delaunay), inlined into the sweep.
+    /// The sites of the two ends of `e` and of the apexes left and right of it.
     #[inline(always)]
-    fn is_below_planes(&self, e: Edge) -> bool {
+    fn kite(&self, e: Edge) -> [&DVec3; 4] {
         let (h, twin) = (2 * e, 2 * e + 1);
         let (a, b) = (self.start(h), self.start(twin));
         let (c, d) = (self.start(self.prev(h)), self.start(self.prev(twin)));
+        [a, b, c, d]
+    }
+
+    /// Whether the circumcircle of one triangle at `e` does not enclose the apex of the other: the
+    /// apex is not above the triangle's plane. Exact.
+    pub fn is_locally_delaunay(&self, e: Edge) -> bool {
+        let [a, b, c, d] = self.kite(e);
         side_of_plane(a, b, c, d) >= 0.0
+    }
+
+    /// Whether `e` is locally Delaunay and neither of its triangles inverted. Exact.
+    #[inline(always)]
+    fn is_sound(&self, e: Edge) -> bool {
+        let [a, b, c, d] = self.kite(e);
+        // Hardly ever false, so short circuits would only be in the way.
+        (side_of_plane(a, b, c, d) >= 0.0)
+            & (orientation(a, b, c) > 0.0)
+            & (orientation(b, a, d) > 0.0)
     }
 
     /// Positive if `direction` is left of the great circle along `h`; exact sign.
@@ -104,14 +115,15 @@ impl<E: EdgePayload> SphereMesh<E> {
         orientation(a, b, c) <= 0.0
     }
 
-    /// The live edges in a range of edge numbers that are not locally Delaunay, ascending.
+    /// The live edges in a range of edge numbers at which a repair has to start, ascending: those that
+    /// are not locally Delaunay, and the sides of inverted triangles.
     ///
     /// Ranges that partition `0..edge_slots` can be swept in parallel; their lists, joined in
     /// order, are a queue for [`repair_from`](Self::repair_from).
-    pub fn non_delaunay_edges(&self, slots: Range<usize>) -> Vec<Edge> {
+    pub fn edges_to_repair(&self, slots: Range<usize>) -> Vec<Edge> {
         let mut found = Vec::new();
         for e in self.live_edges(slots) {
-            if !self.is_below_planes(e) {
+            if !self.is_sound(e) {
                 found.push(e);
             }
         }

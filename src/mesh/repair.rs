@@ -48,16 +48,21 @@ impl<E: EdgePayload> SphereMesh<E> {
     ///
     /// See [`repair_from`](Self::repair_from).
     pub fn repair_delaunay(&mut self) -> Result<Vec<Flip>, RepairError> {
-        self.repair_from(self.non_delaunay_edges(0..self.edge_slots()))
+        self.repair_from(self.edges_to_repair(0..self.edge_slots()))
     }
 
     /// Makes the mesh Delaunay by Lawson flips, starting from the given edges, and returns the flips
-    /// made, in order. All edges that are not locally Delaunay must be given; others may be.
+    /// made, in order. All edges that are not locally Delaunay must be given, and an edge of each
+    /// inverted triangle, for such a triangle may have none of them; others may be.
     ///
     /// A vertex that flips cannot free from a fold is taken out and inserted where it lies. Its edges
     /// keep their numbers, are notified as flipped and recorded like flips, so that the record
     /// always tells every edge that changed its endpoints. If too many vertices are folded, the sites
     /// are triangulated anew, with such a record for every edge that is not found again.
+    ///
+    /// A surface that winds around the sphere more than once is put right only if it has folds, too.
+    /// A [`flip`](Self::flip) can make one without, if the tetrahedron of its four vertices encloses the
+    /// centre.
     ///
     /// # Errors
     ///
@@ -70,7 +75,7 @@ impl<E: EdgePayload> SphereMesh<E> {
                 return Err(error);
             }
             // Construction normalises sites; as they are, they may differ by some close calls.
-            let queue = self.non_delaunay_edges(0..self.edge_slots());
+            let queue = self.edges_to_repair(0..self.edge_slots());
             self.untangle(queue, &mut flips)?;
         }
         Ok(flips)
@@ -98,7 +103,7 @@ impl<E: EdgePayload> SphereMesh<E> {
             } else if !folded {
                 return Ok(());
             } else if let Some(h) = self.triangles().find(|&h| self.is_inverted(h)) {
-                // Where folds are many, one may be left with convex edges only.
+                // A queue for a part of the mesh leaves the folds of other parts.
                 self.triangle_vertices(h).into()
             } else if let Some(h) = self.first_overlap() {
                 // Unfolded, the surface may still wind around the sphere more than once.

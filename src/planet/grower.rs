@@ -264,8 +264,11 @@ impl Worker {
             return Ok(());
         };
         let start = Instant::now();
+        let surface = history.surface()?;
+        // No frame shall wait for what the first query would work out.
+        surface.prepare();
         let snapshot = PlanetSurface {
-            surface: Arc::new(history.surface()?),
+            surface: Arc::new(surface),
             statistics: Arc::new(history.statistics()?),
         };
         self.published_my = Some(history.time_my());

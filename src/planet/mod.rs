@@ -44,6 +44,7 @@ mod frame;
 mod grower;
 mod growth;
 mod plugin;
+mod query;
 mod surface;
 mod threads;
 mod view;
@@ -52,6 +53,7 @@ pub use events::{GrowthFailed, GrowthFailure, GrowthFinished, GrowthProgressed, 
 pub use frame::{from_scene, to_scene};
 pub use growth::{Growth, GrowthState};
 pub use plugin::{PlanetPlugin, PlanetSystems};
+pub use query::{Pick, Planets};
 pub use surface::PlanetSurface;
 pub use threads::PlanetThreads;
 pub use view::PlanetView;

@@ -1,19 +1,232 @@
-//! Draws planets in a Bevy scene.
+//! Planets in a scene: land and sea with shaded relief, in the colours of a planet seen from space.
+//!
+//! With [`PlanetRenderPlugin`] every [`Planet`] is drawn as soon as it has a surface. It follows its
+//! `Transform` and is lit by the lights of the scene; [`PlanetView`] says how it is drawn.
+//!
+//! # How it works
+//!
+//! A snapshot is baked into cube maps on background tasks, first coarsely, so that the planet is there
+//! at once. The maps are written to the GPU a face at a time. From one snapshot to the next the picture
+//! blends, and what the plates carry glides along. The vertex shader lifts one mesh, which all planets
+//! share; everything else is decided per pixel, the coast too.
+//!
+//! # Limits
+//!
+//! * Planets cast no shadows, and they are missing from depth prepasses.
+//! * The glow of the air knows directional lights only.
+//! * The air is drawn round: a `Transform` that squashes the planet does not squash it.
 
 mod arrows;
+mod bake;
+mod blend;
 mod boundaries;
 mod chain;
+mod cube;
 mod drape;
+mod globe;
+mod grain;
 mod lines;
+mod material;
+mod palette;
+mod sphere;
+mod upload;
+mod walk;
 
-use bevy::prelude::*;
+use crate::planet::{Planet, PlanetSurface, PlanetView};
+use crate::surface::Overlay;
+use bevy::{
+    asset::AssetEventSystems,
+    camera::{
+        primitives::Aabb,
+        visibility::{NoAutoAabb, VisibilitySystems},
+    },
+    light::NotShadowCaster,
+    prelude::*,
+    render::RenderApp,
+    time::Real,
+    transform::TransformSystems,
+};
+use globe::Globe;
+use material::{PlanetMaterial, SkyMaterial};
+use upload::Uploads;
 
-/// Draws every planet that has a [`PlanetSurface`](crate::planet::PlanetSurface).
-#[derive(Debug, Clone, Default)]
+/// Draws every planet. Does nothing in an app without a renderer.
+///
+/// Add it before the first planet is spawned: it makes `Planet` require `Visibility`.
+#[derive(Debug, Clone, Copy, Default)]
 pub struct PlanetRenderPlugin;
+
+/// How finely planets are drawn. Applies to planets that appear later.
+#[derive(Resource, Debug, Clone, PartialEq, Eq, Reflect)]
+#[reflect(Resource, Default)]
+pub struct PlanetRenderSettings {
+    /// Texels along an edge of the cube map, 64 to 2048, a power of two. 512 are about 20 km on Earth
+    /// and take 70 MB of the GPU's memory and 25 MB beside; each doubling takes four times as much.
+    pub face: u32,
+}
+
+impl Default for PlanetRenderSettings {
+    fn default() -> Self {
+        Self { face: 512 }
+    }
+}
+
+impl PlanetRenderSettings {
+    fn texels(&self) -> u32 {
+        self.face.clamp(64, 2048).next_power_of_two()
+    }
+}
+
+/// What [`PlanetRenderPlugin`] does in `PostUpdate`.
+#[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum PlanetRenderSystems {
+    /// New planets get what is drawn of them; snapshots go their way to the screen.
+    Tend,
+}
+
+/// Radius of the mesh of the air, in radii of the planet.
+const SKY: f32 = 1.08;
+
+/// What all planets share.
+#[derive(Resource)]
+struct Shared {
+    sphere: Handle<Mesh>,
+    sky: Handle<SkyMaterial>,
+    palette: Handle<Image>,
+}
 
 impl Plugin for PlanetRenderPlugin {
     fn build(&self, app: &mut App) {
-        app.add_plugins(lines::plugin);
+        app.register_type::<PlanetRenderSettings>()
+            .init_resource::<PlanetRenderSettings>();
+        // Another plugin may have done so.
+        let _ = app.try_register_required_components::<Planet, Visibility>();
+        if app.get_sub_app(RenderApp).is_none() {
+            return;
+        }
+        app.add_plugins((material::plugin, upload::plugin, lines::plugin))
+            .add_observer(disappear)
+            .add_systems(
+                PostUpdate,
+                (appear, tend)
+                    .chain()
+                    .in_set(PlanetRenderSystems::Tend)
+                    .before(TransformSystems::Propagate)
+                    .before(VisibilitySystems::VisibilityPropagate)
+                    .before(VisibilitySystems::CheckVisibility)
+                    .before(AssetEventSystems),
+            );
+        let world = app.world_mut();
+        let sphere = world.resource_mut::<Assets<Mesh>>().add(sphere::sphere());
+        let palette = world.resource_mut::<Assets<Image>>().add(palette::image());
+        let sky = world
+            .resource_mut::<Assets<SkyMaterial>>()
+            .add(SkyMaterial {
+                extent: Vec4::splat(SKY),
+            });
+        world.insert_resource(Shared {
+            sphere,
+            sky,
+            palette,
+        });
+    }
+}
+
+/// Gives new planets a ground and an air.
+fn appear(
+    mut commands: Commands,
+    shared: Res<Shared>,
+    settings: Res<PlanetRenderSettings>,
+    mut images: ResMut<Assets<Image>>,
+    mut materials: ResMut<Assets<PlanetMaterial>>,
+    planets: Query<(Entity, &PlanetSurface, Has<Visibility>), (With<Planet>, Without<Globe>)>,
+) {
+    for (entity, surface, visible) in &planets {
+        let (mut globe, material) = Globe::new(
+            surface,
+            &settings,
+            shared.palette.clone(),
+            &mut images,
+            &mut materials,
+        );
+        let part = (
+            Mesh3d(shared.sphere.clone()),
+            Visibility::Hidden,
+            NotShadowCaster,
+            NoAutoAabb,
+            Aabb::from_min_max(Vec3::NEG_ONE, Vec3::ONE),
+            ChildOf(entity),
+        );
+        globe.body = commands
+            .spawn((Name::new("Ground"), MeshMaterial3d(material), part.clone()))
+            .id();
+        globe.sky = commands
+            .spawn((Name::new("Air"), MeshMaterial3d(shared.sky.clone()), part))
+            .id();
+        let mut planet = commands.entity(entity);
+        planet.insert(globe);
+        if !visible {
+            planet.insert(Visibility::default());
+        }
+    }
+}
+
+type Tended = (
+    &'static Planet,
+    Ref<'static, PlanetSurface>,
+    &'static PlanetView,
+    &'static mut Globe,
+);
+
+/// Leads snapshots to the screen, and keeps the parts as large as the planet.
+fn tend(
+    time: Option<Res<Time<Real>>>,
+    mut images: ResMut<Assets<Image>>,
+    mut materials: ResMut<Assets<PlanetMaterial>>,
+    mut uploads: ResMut<Uploads>,
+    mut planets: Query<Tended>,
+    mut parts: Query<(&mut Transform, &mut Visibility, &mut Aabb), Without<Planet>>,
+) {
+    let seconds = time.map_or(0.0, |time| time.delta_secs());
+    for (planet, surface, view, mut globe) in &mut planets {
+        let globe = globe.bypass_change_detection();
+        let overlay = view
+            .overlay
+            .filter(|overlay| !matches!(overlay, Overlay::Boundaries | Overlay::Velocity));
+        let turned = globe.tend(
+            &surface,
+            surface.is_changed(),
+            overlay,
+            seconds,
+            &mut images,
+            &mut uploads,
+        );
+        globe.show(view, &mut materials);
+        let reach = globe.reach(view);
+        for (part, scale, reach) in [(globe.body, 1.0, reach), (globe.sky, SKY, 1.0)] {
+            let Ok((mut transform, mut visibility, mut bounds)) = parts.get_mut(part) else {
+                continue;
+            };
+            transform.set_if_neq(Transform::from_scale(Vec3::splat(planet.radius * scale)));
+            bounds.set_if_neq(Aabb::from_min_max(Vec3::splat(-reach), Vec3::splat(reach)));
+            if turned {
+                visibility.set_if_neq(Visibility::Inherited);
+            }
+        }
+    }
+}
+
+/// Clears up after a planet that is none any more.
+fn disappear(gone: On<Remove, Planet>, globes: Query<&Globe>, mut commands: Commands) {
+    let Ok(globe) = globes.get(gone.entity) else {
+        return;
+    };
+    for part in [globe.body, globe.sky] {
+        if let Ok(mut part) = commands.get_entity(part) {
+            part.try_despawn();
+        }
+    }
+    if let Ok(mut planet) = commands.get_entity(gone.entity) {
+        planet.try_remove::<Globe>();
     }
 }

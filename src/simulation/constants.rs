@@ -5,16 +5,52 @@
 use super::error::TectonicError;
 use serde::{Deserialize, Serialize};
 
-/// Declares a group of constants: the struct, its defaults and its range check in one table.
+/// What is known of a constant besides its value, for programs that show or vary constants.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ConstantInfo {
+    /// Name of its field.
+    pub name: &'static str,
+    /// Unit; empty for bare numbers.
+    pub unit: &'static str,
+    /// Smallest value.
+    pub lowest: f64,
+    /// Largest value.
+    pub highest: f64,
+    /// Default.
+    pub default: f64,
+    /// What it means and where it comes from.
+    pub doc: &'static str,
+}
+
+/// A group of constants as a table.
+pub trait ConstantGroup {
+    /// Name of its field in [`Constants`].
+    fn name(&self) -> &'static str;
+
+    /// What it is about.
+    fn doc(&self) -> &'static str;
+
+    /// What is known of each constant, in the order of the table.
+    fn info(&self) -> &'static [ConstantInfo];
+
+    /// A constant by its row in the table.
+    fn value(&self, row: usize) -> Option<f64>;
+
+    /// A constant by its row in the table, to be changed.
+    fn value_mut(&mut self, row: usize) -> Option<&mut f64>;
+}
+
+/// Declares a group of constants: the struct, its defaults, its range check and what is known of them
+/// in one table.
 macro_rules! constants {
-    ($(#[$group_doc:meta])* $group:ident($path:literal) {
-        $($(#[$doc:meta])* $name:ident = $default:literal in $low:literal..=$high:literal $unit:literal,)*
+    ($(#[doc = $group_doc:literal])* $group:ident($path:literal) {
+        $($(#[doc = $doc:literal])* $name:ident = $default:literal in $low:literal..=$high:literal $unit:literal,)*
     }) => {
-        $(#[$group_doc])*
+        $(#[doc = $group_doc])*
         #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, bevy::reflect::Reflect)]
         #[serde(default, deny_unknown_fields)]
         pub struct $group {
-            $($(#[$doc])*
+            $($(#[doc = $doc])*
             #[doc = concat!("\n\nUnit: ", $unit, ". Domain: ", stringify!($low), " to ", stringify!($high),
                 ". Default: ", stringify!($default), ".")]
             pub $name: f64,)*
@@ -36,6 +72,36 @@ macro_rules! constants {
                     });
                 })*
                 Ok(())
+            }
+        }
+
+        impl ConstantGroup for $group {
+            fn name(&self) -> &'static str {
+                $path
+            }
+
+            fn doc(&self) -> &'static str {
+                concat!($($group_doc),*).trim_ascii()
+            }
+
+            fn info(&self) -> &'static [ConstantInfo] {
+                const INFO: &[ConstantInfo] = &[$(ConstantInfo {
+                    name: stringify!($name),
+                    unit: $unit,
+                    lowest: $low,
+                    highest: $high,
+                    default: $default,
+                    doc: concat!($($doc),*).trim_ascii(),
+                },)*];
+                INFO
+            }
+
+            fn value(&self, row: usize) -> Option<f64> {
+                [$(self.$name),*].get(row).copied()
+            }
+
+            fn value_mut(&mut self, row: usize) -> Option<&mut f64> {
+                [$(&mut self.$name),*].into_iter().nth(row)
             }
         }
     };
@@ -83,6 +149,40 @@ impl Constants {
         self.collisions.validate()?;
         self.erosion.validate()?;
         self.plates.validate()
+    }
+
+    /// The groups as tables.
+    #[must_use]
+    pub fn groups(&self) -> [&dyn ConstantGroup; 10] {
+        [
+            &self.step,
+            &self.refine,
+            &self.boundaries,
+            &self.ridges,
+            &self.motion,
+            &self.margins,
+            &self.uplift,
+            &self.collisions,
+            &self.erosion,
+            &self.plates,
+        ]
+    }
+
+    /// The groups as tables whose values may be changed.
+    #[must_use]
+    pub fn groups_mut(&mut self) -> [&mut dyn ConstantGroup; 10] {
+        [
+            &mut self.step,
+            &mut self.refine,
+            &mut self.boundaries,
+            &mut self.ridges,
+            &mut self.motion,
+            &mut self.margins,
+            &mut self.uplift,
+            &mut self.collisions,
+            &mut self.erosion,
+            &mut self.plates,
+        ]
     }
 }
 
@@ -347,5 +447,39 @@ constants! {
         majority = 0.64 in 0.5..=1.0 "",
         /// Enclosed seas smaller than this fill up and become basins.
         basin = 6.0e5 in 0.0..=1.0e7 "km²",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_agree_with_fields() {
+        let defaults = Constants::default();
+        for group in defaults.groups() {
+            assert!(!group.doc().is_empty());
+            for (row, info) in group.info().iter().enumerate() {
+                assert_eq!(group.value(row), Some(info.default), "{}", info.name);
+                assert!((info.lowest..=info.highest).contains(&info.default));
+                assert!(!info.doc.is_empty() && !info.doc.starts_with(' '));
+            }
+            assert_eq!(group.value(group.info().len()), None);
+        }
+        assert_eq!(defaults.groups()[4].name(), "motion");
+
+        let mut changed = defaults.clone();
+        for group in changed.groups_mut() {
+            for row in 0..group.info().len() {
+                if let Some(value) = group.value_mut(row) {
+                    *value = f64::MAX;
+                }
+            }
+            assert_eq!(group.value_mut(group.info().len()), None);
+        }
+        assert!(changed.groups().iter().all(|group| {
+            (0..group.info().len()).all(|row| group.value(row) == Some(f64::MAX))
+        }));
+        assert!(changed.validate().is_err());
     }
 }

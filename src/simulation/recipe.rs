@@ -2,6 +2,7 @@
 
 use super::{constants::Constants, error::TectonicError};
 use bevy::prelude::*;
+use core::ops::RangeInclusive;
 use serde::{Deserialize, Serialize};
 
 /// Smallest number of sub-plates that still holds a handful of plates.
@@ -78,6 +79,17 @@ impl Default for Recipe {
 }
 
 impl Recipe {
+    /// Allowed numbers of sub-plates.
+    pub const SUB_PLATES: RangeInclusive<u32> = FEWEST_SUB_PLATES..=MOST_SUB_PLATES;
+    /// Allowed lengths of the history in My.
+    pub const DURATION_MY: RangeInclusive<f64> = 0.0..=10_000.0;
+    /// Allowed radii in km.
+    pub const RADIUS_KM: RangeInclusive<f64> = 500.0..=50_000.0;
+    /// Allowed numbers of plates; [`most_plates`](Self::most_plates) may be fewer.
+    pub const PLATES: RangeInclusive<u32> = 2..=200;
+    /// Allowed shares of continental crust and of land.
+    pub const SHARES: RangeInclusive<f64> = 0.0..=0.9;
+
     /// A planet like Earth: 10,000 sub-plates, 250 My.
     #[must_use]
     pub fn earth_like(seed: u64) -> Self {
@@ -92,8 +104,14 @@ impl Recipe {
     #[must_use]
     pub fn with_sub_plates(mut self, sub_plates: u32) -> Self {
         self.sub_plates = sub_plates;
-        self.plates = self.plates.min((sub_plates / FEWEST_PER_PLATE).max(2));
+        self.plates = self.plates.min(self.most_plates());
         self
+    }
+
+    /// The largest number of plates that so many sub-plates can hold.
+    #[must_use]
+    pub fn most_plates(&self) -> u32 {
+        (self.sub_plates / FEWEST_PER_PLATE).max(*Self::PLATES.start())
     }
 
     /// The same recipe with a history of another length, in My.
@@ -123,7 +141,7 @@ impl Recipe {
         fn within<T: PartialOrd + core::fmt::Display>(
             field: &str,
             value: T,
-            range: core::ops::RangeInclusive<T>,
+            range: RangeInclusive<T>,
             unit: &str,
         ) -> Result<(), TectonicError> {
             if range.contains(&value) {
@@ -135,15 +153,10 @@ impl Recipe {
                 allowed: format!("between {} and {}{unit}", range.start(), range.end()),
             })
         }
-        within(
-            "sub_plates",
-            self.sub_plates,
-            FEWEST_SUB_PLATES..=MOST_SUB_PLATES,
-            "",
-        )?;
-        within("duration_my", self.duration_my, 0.0..=10_000.0, " My")?;
-        within("radius_km", self.radius_km, 500.0..=50_000.0, " km")?;
-        within("plates", self.plates, 2..=200, "")?;
+        within("sub_plates", self.sub_plates, Self::SUB_PLATES, "")?;
+        within("duration_my", self.duration_my, Self::DURATION_MY, " My")?;
+        within("radius_km", self.radius_km, Self::RADIUS_KM, " km")?;
+        within("plates", self.plates, Self::PLATES, "")?;
         if self.plates > self.sub_plates / FEWEST_PER_PLATE {
             return Err(TectonicError::Recipe {
                 field: "plates".into(),
@@ -154,8 +167,13 @@ impl Recipe {
                 ),
             });
         }
-        within("continental_share", self.continental_share, 0.0..=0.9, "")?;
-        within("land_share", self.land_share, 0.0..=0.9, "")?;
+        within(
+            "continental_share",
+            self.continental_share,
+            Self::SHARES,
+            "",
+        )?;
+        within("land_share", self.land_share, Self::SHARES, "")?;
         self.constants.validate()
     }
 }

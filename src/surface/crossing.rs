@@ -64,7 +64,7 @@ impl Height {
         let q = libm::cbrt(pull / self.closest2);
         let (x, y, z) = (d * d - q * q, 2.0 * c * d, c * c - q * q * self.closest2);
         let discriminant = y * y - 4.0 * x * z;
-        if !(discriminant >= 0.0) {
+        if discriminant.is_nan() || discriminant < 0.0 {
             return NONE;
         }
         // The form without cancellation.

@@ -47,6 +47,7 @@
 mod boundary;
 mod coordinates;
 mod crossing;
+pub(crate) mod ground;
 mod overlay;
 mod patch;
 mod plates;
@@ -55,7 +56,7 @@ mod ramp;
 pub(crate) mod raster;
 mod ray;
 mod start;
-mod texture;
+pub(crate) mod texture;
 #[cfg(any(feature = "export", feature = "render"))]
 pub(crate) mod tint;
 

@@ -19,7 +19,7 @@ const WARP_RMS: f32 = 0.354;
 const PLATE_SHARE: f32 = 0.45;
 
 /// The noise of one planet: depends on its seed, radius and spacing alone.
-pub(super) struct Texture {
+pub(crate) struct Texture {
     coast: FastNoiseLite,
     plates: FastNoiseLite,
     terrain: FastNoiseLite,
@@ -28,14 +28,9 @@ pub(super) struct Texture {
 
 impl Texture {
     /// `spacing_km` is the mean distance of neighbouring sub-plates.
-    pub(super) fn new(seed: u64, radius_km: f64, spacing_km: f64) -> Self {
+    pub(crate) fn new(seed: u64, radius_km: f64, spacing_km: f64) -> Self {
         let earth = radius_km / EARTH_RADIUS_KM;
-        // Coasts are about equally ragged at every resolution: coarse meshes need wide meanders to hide
-        // their triangles, fine ones keep what is below 500 km and lose only what the mesh resolves.
-        let broadest_km = (3.0 * spacing_km).clamp(480.0 * earth, 1400.0 * earth);
-        let rms_km = (0.42 * spacing_km)
-            .clamp(68.0 * earth, 160.0 * earth)
-            .min(1.2 * spacing_km);
+        let (broadest_km, rms_km) = Self::shape(radius_km, spacing_km);
         let octaves = octaves(broadest_km, FINEST_KM * earth);
         let frequency = (radius_km / broadest_km) as f32;
         let rms = (rms_km / radius_km) as f32;
@@ -72,25 +67,37 @@ impl Texture {
         }
     }
 
+    /// The broadest wavelength and the root mean square of the coasts' displacement, in km.
+    pub(crate) fn shape(radius_km: f64, spacing_km: f64) -> (f64, f64) {
+        let earth = radius_km / EARTH_RADIUS_KM;
+        // Coasts are about equally ragged at every resolution: coarse meshes need wide meanders to hide
+        // their triangles, fine ones keep what is below 500 km and lose only what the mesh resolves.
+        let broadest_km = (3.0 * spacing_km).clamp(480.0 * earth, 1400.0 * earth);
+        let rms_km = (0.42 * spacing_km)
+            .clamp(68.0 * earth, 160.0 * earth)
+            .min(1.2 * spacing_km);
+        (broadest_km, rms_km)
+    }
+
     /// Where to look up elevation, crust and age for a place on the map.
-    pub(super) fn coast(&self, direction: DVec3) -> DVec3 {
+    pub(crate) fn coast(&self, direction: DVec3) -> DVec3 {
         displace(&self.coast, direction)
     }
 
     /// Where to look up plates: the broadest meanders of [`coast`](Self::coast) alone. It never folds,
     /// so a plate that is one piece on the mesh is one piece on the map.
-    pub(super) fn plates(&self, direction: DVec3) -> DVec3 {
+    pub(crate) fn plates(&self, direction: DVec3) -> DVec3 {
         displace(&self.plates, direction)
     }
 
     /// Mountain ridges and valleys, −1 to 1.
-    pub(super) fn terrain(&self, direction: DVec3) -> f32 {
+    pub(crate) fn terrain(&self, direction: DVec3) -> f32 {
         let [x, y, z] = direction.as_vec3().to_array();
         self.terrain.get_noise_3d(x, y, z).clamp(-1.0, 1.0)
     }
 
     /// Abyssal hills, −1 to 1.
-    pub(super) fn hills(&self, direction: DVec3) -> f32 {
+    pub(crate) fn hills(&self, direction: DVec3) -> f32 {
         let [x, y, z] = direction.as_vec3().to_array();
         self.hills.get_noise_3d(x, y, z).clamp(-1.0, 1.0)
     }

@@ -1,9 +1,10 @@
 //! Colours of land and sea, as linear ramps over elevation in metres.
 
+use fastnoise_lite::{FastNoiseLite, FractalType, NoiseType};
 use glam::Vec3;
 
+use super::ground::{ramp, smooth};
 pub(crate) use super::ramp::{Ramp, look_up};
-use super::raster::{ramp, smooth};
 
 const HUMID: &Ramp = &[
     (0.0, [104, 148, 94]),
@@ -51,13 +52,34 @@ const SEA: &Ramp = &[
 const ICE: Vec3 = Vec3::new(0.945, 0.962, 0.975);
 const PACK_ICE: Vec3 = Vec3::new(0.86, 0.91, 0.94);
 
-/// The climate that a latitude suggests. `wander` (−1 to 1) bends the belts, so that they do not run
-/// along parallels.
+/// Noise that bends the belts of climate, so that they do not run along parallels.
+pub(crate) struct Wander(FastNoiseLite);
+
+impl Wander {
+    pub(crate) fn new(seed: u64) -> Self {
+        let mut noise = FastNoiseLite::with_seed((seed ^ (seed >> 32)) as i32);
+        noise.set_noise_type(Some(NoiseType::OpenSimplex2));
+        noise.set_fractal_type(Some(FractalType::FBm));
+        noise.set_fractal_octaves(Some(5));
+        noise.set_frequency(Some(1.7));
+        Self(noise)
+    }
+
+    /// −1 to 1 in a direction of the simulation.
+    pub(crate) fn at(&self, direction: Vec3) -> f32 {
+        let noise = self.0.get_noise_3d(direction.x, direction.y, direction.z);
+        (1.6 * noise).clamp(-1.0, 1.0)
+    }
+}
+
+/// The climate that a latitude suggests, bent by [`Wander`].
 pub(crate) struct Climate {
-    arid: f32,
+    /// The latitude whose climate this is, degrees; never negative by much.
+    pub latitude: f32,
+    pub arid: f32,
     boreal: f32,
     /// Height above which snow lies, m.
-    snow_m: f32,
+    pub snow_m: f32,
     ice: f32,
     pack_ice: f32,
 }
@@ -70,6 +92,7 @@ impl Climate {
         let arid = belt * (0.78 + 0.5 * wander).clamp(0.0, 1.0);
         let cold = ramp(25.0, 72.0, latitude);
         Self {
+            latitude,
             arid,
             boreal: smooth(ramp(46.0, 60.0, latitude)),
             snow_m: 5400.0 * (1.0 - cold * cold) - 200.0 * cold,

@@ -7,7 +7,7 @@ use bevy_tectonics::mesh::{
 };
 use glam::DVec3;
 
-use super::common::{Dice, build, check, check_hull, check_queries, repair};
+use super::common::{Dice, Mesh, build, check, check_hull, check_queries, flip, repair};
 
 /// The grid of `side`² quadrilaterals on each face of the cube.
 fn cube_grid(side: i32) -> Vec<DVec3> {
@@ -126,6 +126,40 @@ fn few_sites() {
         }
     }
     assert!(built > 100 && refused > 100);
+}
+
+/// Where triangles are large, an inverted one may have locally Delaunay edges only.
+#[test]
+fn few_sites_are_unfolded() {
+    let mut hidden = 0;
+    let mut look = |mesh: &Mesh| {
+        let convex = |h| mesh.is_locally_delaunay(mesh.edge_of(h));
+        hidden += mesh
+            .triangles()
+            .filter(|&h| mesh.is_inverted(h))
+            .filter(|&h| [h, mesh.next(h), mesh.prev(h)].into_iter().all(convex))
+            .count();
+    };
+    for seed in 0..3000 {
+        let mut dice = Dice(seed);
+        if let Ok(mut mesh) = Mesh::build(dice.directions(10)) {
+            for _ in 0..40 {
+                let h = dice.half_edge(&mesh);
+                flip(&mut mesh, h);
+            }
+            look(&mesh);
+            repair(&mut mesh);
+        }
+        if let Ok(mut mesh) = Mesh::build(dice.directions(8)) {
+            mesh.sites_mut().copy_from_slice(&dice.directions(8));
+            look(&mesh);
+            match mesh.repair_delaunay() {
+                Ok(_) => check(&mesh),
+                Err(_) => assert!(Mesh::build(mesh.sites().to_vec()).is_err()),
+            }
+        }
+    }
+    assert!(hidden > 100, "{hidden}");
 }
 
 #[test]

@@ -53,7 +53,11 @@ fn kinds_are_those_of_the_simulation() {
         let [u, v] = segment.sub_plates;
         let h = surface.mesh.half_edge_between(u, v).unwrap();
         let kind = surface.boundary[(h / 2) as usize];
-        let kind = if h % 2 == 0 { kind } else { kind.reversed() };
+        let kind = if h.is_multiple_of(2) {
+            kind
+        } else {
+            kind.reversed()
+        };
         assert_eq!(segment.kind, kind);
         assert_eq!(segment.subducting().is_some(), kind.is_subducting());
         let rotation = |id: u16| surface.plate(id).unwrap().rotation;

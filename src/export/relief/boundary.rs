@@ -6,7 +6,7 @@ use glam::{Vec2, Vec3};
 
 use super::window::Window;
 use crate::export::grid::{Grid, east_north};
-use crate::surface::raster::ramp;
+use crate::surface::ground::ramp;
 
 /// Opening or closing counts where it makes up this share of the relative motion.
 const OBLIQUE: f32 = 0.35;

@@ -4,7 +4,10 @@ use super::super::{
     clock::Clock,
     columns::Columns,
     error::TectonicError,
-    stages::reorganize_plates::{Splits, cut_by_flips},
+    stages::{
+        reorganize_plates::{Splits, cut_by_flips},
+        resolve_collisions::edges_around,
+    },
     sub_plate::{Deviation, PlateId, Position, SubPlate},
     topology::Topology,
     workers::Workers,
@@ -37,7 +40,7 @@ pub(in crate::simulation) fn repair_mesh(
             .filter(|&(u, v)| plate[u as usize] != plate[v as usize])
             .flat_map(|(u, v)| [u, v])
             .collect();
-        (mesh.non_delaunay_edges(slots), fronts)
+        (mesh.edges_to_repair(slots), fronts)
     });
     let (suspects, fronts): (Vec<_>, Vec<_>) = found.into_iter().unzip();
     let mut flips = mesh.repair_from(suspects.concat()).map_err(failed)?;
@@ -52,13 +55,14 @@ pub(in crate::simulation) fn repair_mesh(
         .map_err(failed)?;
     if !moved.moved.is_empty() {
         let position = position.bypass_change_detection();
-        for v in moved.moved {
+        for &v in &moved.moved {
             position[v as usize].0 = mesh.site(v).as_vec3();
             // The column is what counts: the mesh takes the rounded place.
             mesh.set_site(v, position[v as usize].0.as_dvec3().normalize());
         }
         flips.extend(moved.flips);
-        flips.extend(mesh.repair_delaunay().map_err(failed)?);
+        let rounded = edges_around(mesh, &moved.moved);
+        flips.extend(mesh.repair_from(rounded).map_err(failed)?);
     }
     let cuts: Vec<[u32; 2]> = cut_by_flips(&flips, plate).collect();
     splits.note_cuts(mesh, plate, &cuts);

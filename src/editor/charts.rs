@@ -1,0 +1,195 @@
+//! Live charts: where the ground lies, and how plates move.
+
+use super::look::{ACCENT, FAINT, GOOD, WARM};
+use super::record::{EARTH_LOWEST_KM, EARTH_PER_KM, Record};
+use bevy_egui::egui::{Align2, Color32, FontId, Stroke, Ui, Vec2b, vec2};
+use egui_plot::{
+    Bar, BarChart, Corner, GridMark, HLine, HoverPosition, Legend, Line, LineStyle, Plot,
+    PlotPoint, PlotPoints,
+};
+
+/// Elevations in km that the charts show.
+const LOWEST_KM: f64 = -9.0;
+const HIGHEST_KM: f64 = 7.0;
+/// Heights of the charts.
+const TALL: f32 = 168.0;
+const LOW: f32 = 96.0;
+
+/// Draws the section.
+pub(super) fn show(ui: &mut Ui, record: &Record) {
+    if record.bins.is_empty() {
+        ui.weak("There is no surface yet.");
+        return;
+    }
+    let half = 0.5 * (ui.available_width() - ui.spacing().item_spacing.x);
+    ui.horizontal(|ui| {
+        for (title, draw) in [
+            ("Share of each 500 m", bins as fn(&mut Ui, &Record, f32)),
+            ("Share that lies higher", above),
+        ] {
+            ui.vertical(|ui| {
+                super::look::caption(ui, title);
+                draw(ui, record, half);
+            });
+        }
+    });
+    if record.mean_speed.len() < 2 {
+        return;
+    }
+    super::look::caption(ui, "Speed of plates, mm/yr");
+    speeds(ui, record);
+    super::look::caption(ui, "Number of plates");
+    plates(ui, record);
+}
+
+/// A chart that is looked at, not moved: the wheel scrolls the panel.
+fn plot<'a>(id: &'static str, height: f32) -> Plot<'a> {
+    Plot::new(id)
+        .height(height)
+        .allow_drag(false)
+        .allow_zoom(false)
+        .allow_scroll(false)
+        .allow_boxed_zoom(false)
+        .allow_axis_zoom_drag(false)
+        .allow_double_click_reset(false)
+        .show_grid(true)
+        .set_margin_fraction(vec2(0.0, 0.05))
+}
+
+fn heights<'a>(id: &'static str, width: f32) -> Plot<'a> {
+    plot(id, TALL)
+        .width(width)
+        .include_y(LOWEST_KM)
+        .include_y(HIGHEST_KM)
+        .include_x(0.0)
+        .auto_bounds(Vec2b::new(true, false))
+        .default_y_bounds(LOWEST_KM, HIGHEST_KM)
+        .y_axis_formatter(|mark, _| format!("{:.0} km", mark.value).replace('-', "−"))
+        .x_axis_formatter(|mark, _| format!("{:.0} %", mark.value))
+        .y_axis_min_width(38.0)
+        .y_grid_spacer(|input| {
+            let from = (input.bounds.0 / 2.0).ceil() as i32;
+            let to = (input.bounds.1 / 2.0).floor() as i32;
+            (from..=to)
+                .map(|i| GridMark {
+                    value: 2.0 * f64::from(i),
+                    step_size: 2.0,
+                })
+                .collect()
+        })
+        .label_formatter(|position| {
+            let point = point(position);
+            Some(format!("{:.1} km: {:.1} %", point.y, point.x).replace('-', "−"))
+        })
+}
+
+fn point(position: &HoverPosition<'_>) -> PlotPoint {
+    match position {
+        HoverPosition::NearDataPoint { position, .. } | HoverPosition::Elsewhere { position } => {
+            *position
+        }
+    }
+}
+
+/// Earth is there to compare with, and stays in the background.
+fn earth() -> Stroke {
+    Stroke::new(1.2, WARM.gamma_multiply(0.65))
+}
+
+fn sea_level() -> HLine {
+    HLine::new("", 0.0)
+        .color(ACCENT.gamma_multiply(0.6))
+        .style(LineStyle::dashed_dense())
+        .allow_hover(false)
+}
+
+fn bins(ui: &mut Ui, record: &Record, width: f32) {
+    let land = Color32::from_rgb(124, 168, 96);
+    let sea = Color32::from_rgb(66, 118, 176);
+    let bars = record.bins.iter().map(|bin| {
+        Bar::new(bin.x, bin.y)
+            .width(0.46)
+            .fill(if bin.x < 0.0 { sea } else { land })
+            .stroke(Stroke::NONE)
+    });
+    let bars = BarChart::new("", bars.collect())
+        .horizontal()
+        .allow_hover(false);
+    // Half of each km, as the bars are of half a km.
+    let steps = (0..).zip(EARTH_PER_KM).flat_map(|(i, share)| {
+        let low = EARTH_LOWEST_KM + f64::from(i);
+        [[0.5 * share, low], [0.5 * share, low + 1.0]]
+    });
+    let earth = Line::new("Earth", steps.collect::<PlotPoints<'_>>()).stroke(earth());
+    heights("bins", width).include_x(16.0).show(ui, |plot| {
+        plot.bar_chart(bars);
+        plot.line(earth.allow_hover(false));
+        plot.hline(sea_level());
+    });
+}
+
+fn above(ui: &mut Ui, record: &Record, width: f32) {
+    let all: f64 = EARTH_PER_KM.iter().sum();
+    let mut higher = 100.0;
+    let mut steps = vec![[higher, EARTH_LOWEST_KM]];
+    for (i, share) in (1..).zip(EARTH_PER_KM) {
+        higher -= 100.0 * share / all;
+        steps.push([higher.max(0.0), EARTH_LOWEST_KM + f64::from(i)]);
+    }
+    let earth = Line::new("Earth", PlotPoints::new(steps)).stroke(earth());
+    let here = Line::new("Here", &record.above[..]).stroke(Stroke::new(2.0, ACCENT));
+    let response = heights("above", width)
+        .include_x(100.0)
+        .show_axes(Vec2b::new(true, false))
+        .show(ui, |plot| {
+            plot.line(earth.allow_hover(false));
+            plot.line(here);
+            plot.hline(sea_level());
+        });
+    let corner = response.response.rect.right_top() + vec2(-6.0, 4.0);
+    let font = FontId::proportional(11.0);
+    let painter = ui.painter();
+    painter.text(corner, Align2::RIGHT_TOP, "here", font.clone(), ACCENT);
+    let corner = corner + vec2(0.0, 13.0);
+    painter.text(
+        corner,
+        Align2::RIGHT_TOP,
+        "Earth",
+        font,
+        WARM.gamma_multiply(0.8),
+    );
+}
+
+/// Time runs to the right in both charts over time.
+fn over_time<'a>(id: &'static str, unit: &'static str) -> Plot<'a> {
+    plot(id, LOW)
+        .include_y(0.0)
+        .y_axis_min_width(28.0)
+        .x_axis_formatter(|mark, _| format!("{:.0} My", mark.value))
+        .y_axis_formatter(|mark, _| format!("{:.0}", mark.value))
+        .grid_spacing(24.0..=90.0)
+        .label_formatter(move |position| {
+            let point = point(position);
+            Some(format!("{:.0} My: {:.1} {unit}", point.x, point.y))
+        })
+}
+
+fn speeds(ui: &mut Ui, record: &Record) {
+    let mean = Line::new("mean", &record.mean_speed[..]).stroke(Stroke::new(1.6, ACCENT));
+    let median = Line::new("median", &record.median_speed[..]).stroke(Stroke::new(1.6, GOOD));
+    let legend = Legend::default()
+        .position(Corner::RightBottom)
+        .text_style(bevy_egui::egui::TextStyle::Small)
+        .background_alpha(0.5);
+    over_time("speeds", "mm/yr")
+        .legend(legend)
+        .show(ui, |plot| {
+            plot.line(mean);
+            plot.line(median);
+        });
+}
+
+fn plates(ui: &mut Ui, record: &Record) {
+    let line = Line::new("plates", &record.plates[..]).stroke(Stroke::new(1.6, FAINT));
+    over_time("plates", "plates").show(ui, |plot| plot.line(line));
+}

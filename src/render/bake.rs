@@ -1,0 +1,384 @@
+//! From a snapshot to cube maps, on background tasks: one per face.
+
+use super::{
+    cube::{self, Levels},
+    grain::{FaceGrain, Grain, direction},
+    walk::Walk,
+};
+use crate::{
+    planet::to_scene,
+    simulation::{Crust, Surface},
+    surface::{
+        Overlay, OverlayValues, Pixel,
+        ground::{Corner, Ground, ramp, smooth},
+        tint::Climate,
+    },
+};
+use bevy::{
+    math::{DVec3, Vec3},
+    tasks::futures_lite::future,
+};
+use std::sync::{Arc, OnceLock};
+
+/// Texels along an edge of the map of velocities.
+pub(super) const VELOCITY_SIZE: u32 = 64;
+/// Terrain in the shading beyond what the elevation has, as a share of the height.
+const FLOURISH: f32 = 0.10;
+/// Distance from the sea over which climates turn dry, in km.
+const INTERIOR_KM: (f32, f32) = (300.0, 1500.0);
+
+/// Everything about one place that an overlay may want to know.
+pub(crate) struct Sample {
+    /// The sub-plates around it.
+    pub vertices: [u32; 3],
+    /// Their weights; the sum is 1.
+    pub weights: [f64; 3],
+    /// The sub-plate whose plate it belongs to.
+    pub nearest: u32,
+    /// The planet there, as [`Raster`](crate::surface::Raster) samples it.
+    pub pixel: Pixel,
+}
+
+/// Colours a place: sRGB and opacity.
+pub(super) type Paint = Arc<dyn Fn(&Surface, &Sample) -> [u8; 4] + Send + Sync>;
+
+/// A snapshot with what the bakes of its faces share.
+pub(super) struct Scene {
+    pub surface: Arc<Surface>,
+    pub overlay: Option<Paint>,
+    ready: OnceLock<Prepared>,
+}
+
+struct Prepared {
+    corners: Vec<Corner>,
+    /// How far inland, 0 to 1, by sub-plate.
+    interior: Vec<f32>,
+}
+
+/// The cube maps of one face.
+pub(super) struct Face {
+    /// Elevation in km; the ground's slope in m per km, as a vector in the scene.
+    pub relief: Levels,
+    /// Youth of mountains, aridity, latitude of the climate in degrees, height of the snow line in km.
+    pub climate: Levels,
+    /// Velocity in km/My, as a vector in the scene.
+    pub velocity: Levels,
+    pub overlay: Option<Levels>,
+}
+
+impl Scene {
+    pub(super) fn new(surface: Arc<Surface>, overlay: Option<Paint>) -> Self {
+        Self {
+            surface,
+            overlay,
+            ready: OnceLock::new(),
+        }
+    }
+
+    fn prepared(&self) -> &Prepared {
+        self.ready.get_or_init(|| Prepared {
+            corners: (0..self.surface.mesh.vertex_count())
+                .map(|vertex| Corner::of(&self.surface, vertex))
+                .collect(),
+            interior: interior(&self.surface),
+        })
+    }
+
+    /// Bakes a face. Others have their turn after every few rows.
+    pub(super) async fn face(self: Arc<Self>, grain: Arc<Grain>, face: usize) -> Face {
+        let noise = grain.face(face).await;
+        let size = grain.size();
+        let (elevation, shade) = self.heights(noise, size).await;
+        let relief = relief(face, size, &elevation, &shade, self.surface.radius_km);
+        let relief = Levels::halves(size, relief);
+        future::yield_now().await;
+        let climate = self.climate(noise, face, size / 2).await;
+        let velocity = self.velocity(face);
+        let overlay = match &self.overlay {
+            Some(paint) => Some(self.paint(paint, &grain, noise, face, &elevation).await),
+            None => None,
+        };
+        Face {
+            relief,
+            climate,
+            velocity,
+            overlay,
+        }
+    }
+
+    /// Elevation, and the heights that shade the ground, in m; with the border.
+    async fn heights(&self, noise: &FaceGrain, size: u32) -> (Vec<f32>, Vec<f32>) {
+        let corners = &self.prepared().corners;
+        let row = size as usize + 2;
+        let mut elevations = Vec::with_capacity(row * row);
+        let mut shades = Vec::with_capacity(row * row);
+        let mut start = Walk::new(&self.surface.mesh);
+        for (y, (coasts, terrains)) in noise
+            .coast
+            .chunks(row)
+            .zip(noise.terrain.chunks(row))
+            .enumerate()
+        {
+            let mut walk = start;
+            for (x, (coast, terrain)) in coasts.iter().zip(terrains).enumerate() {
+                let (vertices, weights) = walk.locate(unit(coast));
+                if x == 0 {
+                    start = walk;
+                }
+                let ground = Ground::between(vertices.map(|v| corners[v as usize]), weights);
+                let [terrain, hills] = terrain.map(|value| f32::from(value) / 32_767.0);
+                let (elevation, grain) = ground.detail(|| terrain, || hills);
+                elevations.push(elevation);
+                // The deep sea's relief is subdued, so that the coast stands out.
+                shades.push(
+                    elevation.max(-400.0 + 0.35 * elevation.min(0.0))
+                        + FLOURISH * elevation.max(0.0) * grain,
+                );
+            }
+            if y % 8 == 0 {
+                future::yield_now().await;
+            }
+        }
+        (elevations, shades)
+    }
+
+    async fn climate(&self, noise: &FaceGrain, face: usize, size: u32) -> Levels {
+        let prepared = self.prepared();
+        let mut texels = Vec::with_capacity((size * size) as usize);
+        let mut start = Walk::new(&self.surface.mesh);
+        let row = 2 * size as usize + 2;
+        for y in 0..size as usize {
+            let mut walk = start;
+            for x in 0..size as usize {
+                let coast = noise.coast[(2 * y + 1) * row + 2 * x + 1];
+                let (vertices, weights) = walk.locate(unit(&coast));
+                if x == 0 {
+                    start = walk;
+                }
+                let mean = |value: &dyn Fn(usize) -> f32| -> f32 {
+                    vertices
+                        .iter()
+                        .zip(weights)
+                        .map(|(&vertex, weight)| weight as f32 * value(vertex as usize))
+                        .sum()
+                };
+                let youth = mean(&|v| prepared.corners[v].youth);
+                let interior = mean(&|v| prepared.interior[v]);
+                let place = direction(face, x as i32, y as i32, size);
+                let latitude = libm::asin(place.z.clamp(-1.0, 1.0)).to_degrees() as f32;
+                let climate = Climate::at(latitude, noise.wander[y * size as usize + x]);
+                // Far inland it is dry outside the tropics too, and coasts of the dry belts are less so.
+                let temperate = smooth(ramp(8.0, 22.0, climate.latitude))
+                    * (1.0 - smooth(ramp(40.0, 56.0, climate.latitude)));
+                let arid = climate.arid * (0.62 + 0.6 * interior) + 0.75 * interior * temperate;
+                texels.push([
+                    youth,
+                    arid.clamp(0.0, 1.0),
+                    climate.latitude,
+                    climate.snow_m / 1000.0,
+                ]);
+            }
+            if y % 8 == 0 {
+                future::yield_now().await;
+            }
+        }
+        Levels::halves(size, texels)
+    }
+
+    fn velocity(&self, face: usize) -> Levels {
+        let mut walk = Walk::new(&self.surface.mesh);
+        let size = VELOCITY_SIZE;
+        let texels = (0..size * size)
+            .map(|i| {
+                let place = direction(face, (i % size) as i32, (i / size) as i32, size);
+                let (vertices, weights) = walk.locate(place);
+                let velocity = vertices
+                    .iter()
+                    .zip(weights)
+                    .map(|(&vertex, weight)| self.surface.velocity[vertex as usize] * weight as f32)
+                    .sum::<Vec3>();
+                to_scene(velocity.as_dvec3()).extend(0.0).to_array()
+            })
+            .collect();
+        Levels::halves(size, texels)
+    }
+
+    async fn paint(
+        &self,
+        paint: &Paint,
+        grain: &Grain,
+        noise: &FaceGrain,
+        face: usize,
+        elevation: &[f32],
+    ) -> Levels {
+        let (surface, corners) = (&*self.surface, &self.prepared().corners);
+        let size = grain.size();
+        let row = size as usize + 2;
+        let mut texels = Vec::with_capacity((size * size) as usize);
+        let (mut start, mut first) = (Walk::new(&surface.mesh), 0);
+        for y in 0..size as usize {
+            let (mut walk, mut nearest) = (start, first);
+            for x in 0..size as usize {
+                let texel = (y + 1) * row + x + 1;
+                let (vertices, weights) = walk.locate(unit(&noise.coast[texel]));
+                let place = direction(face, x as i32, y as i32, size);
+                nearest = surface.mesh.nearest(grain.texture().plates(place), nearest);
+                if x == 0 {
+                    (start, first) = (walk, nearest);
+                }
+                let ground = Ground::between(vertices.map(|v| corners[v as usize]), weights);
+                let pixel = Pixel {
+                    elevation: elevation[texel],
+                    crust: if ground.continental >= 0.5 {
+                        Crust::Continental
+                    } else {
+                        Crust::Oceanic
+                    },
+                    age: ground.age,
+                    plate: surface.plate[nearest as usize],
+                    velocity: surface.velocity[nearest as usize],
+                    grain: 0.0,
+                };
+                texels.push(paint(
+                    surface,
+                    &Sample {
+                        vertices,
+                        weights,
+                        nearest,
+                        pixel,
+                    },
+                ));
+            }
+            if y % 4 == 0 {
+                future::yield_now().await;
+            }
+        }
+        Levels::colours(size, &texels)
+    }
+}
+
+fn unit(direction: &[f32; 3]) -> DVec3 {
+    DVec3::from(direction.map(f64::from)).normalize_or(DVec3::Z)
+}
+
+/// Elevation with the slope of the ground, without the border.
+fn relief(
+    face: usize,
+    size: u32,
+    elevation: &[f32],
+    shade: &[f32],
+    radius_km: f64,
+) -> Vec<[f32; 4]> {
+    let row = size as usize + 2;
+    let [along, down, out] = cube::axes(face);
+    let mut texels = Vec::with_capacity((size * size) as usize);
+    // From half the difference across two texels to metres per km.
+    let scale = f64::from(size) / (4.0 * radius_km);
+    for y in 0..size as usize {
+        let t = cube::centre(y as i32, size);
+        for x in 0..size as usize {
+            let s = cube::centre(x as i32, size);
+            let i = (y + 1) * row + x + 1;
+            let rise_s = f64::from(shade[i + 1] - shade[i - 1]);
+            let rise_t = f64::from(shade[i + row] - shade[i - row]);
+            // The gradient on the sphere of a function of the face's plane: with r² = 1 + s² + t², its
+            // component within the plane is r (h_s, h_t) + …, and it has none along the direction.
+            let length = (1.0 + s * s + t * t).sqrt();
+            let inward = -(s * rise_s + t * rise_t);
+            let slope = (along * rise_s + down * rise_t + out * inward) * (length * scale);
+            let [x, y, z] = slope.as_vec3().to_array();
+            texels.push([elevation[i] / 1000.0, x, y, z]);
+        }
+    }
+    texels
+}
+
+/// How far each sub-plate lies inland, 0 to 1.
+fn interior(surface: &Surface) -> Vec<f32> {
+    let mesh = &surface.mesh;
+    let spacing = surface.spacing_km() as f32;
+    let mut steps = vec![u16::MAX; mesh.vertex_count()];
+    let mut front: Vec<u32> = (0..mesh.vertex_count() as u32)
+        .filter(|&vertex| surface.elevation[vertex as usize] < 0.0)
+        .collect();
+    for &vertex in &front {
+        steps[vertex as usize] = 0;
+    }
+    let mut distance = 0_u16;
+    while !front.is_empty() && distance < u16::MAX - 1 {
+        distance += 1;
+        let mut next = Vec::new();
+        for &vertex in &front {
+            for neighbour in mesh.neighbours(vertex) {
+                if steps[neighbour as usize] == u16::MAX {
+                    steps[neighbour as usize] = distance;
+                    next.push(neighbour);
+                }
+            }
+        }
+        front = next;
+    }
+    // A step of the front leads a little less far than the spacing.
+    let inland = |steps: u16| {
+        ramp(
+            INTERIOR_KM.0,
+            INTERIOR_KM.1,
+            0.9 * spacing * f32::from(steps),
+        )
+    };
+    let mut interior: Vec<f32> = steps
+        .into_iter()
+        .map(|steps| smooth(inland(steps)))
+        .collect();
+    for _ in 0..4 {
+        interior = (0..mesh.vertex_count() as u32)
+            .map(|vertex| {
+                let (mut sum, mut count) = (interior[vertex as usize], 1.0);
+                for neighbour in mesh.neighbours(vertex) {
+                    sum += interior[neighbour as usize];
+                    count += 1.0;
+                }
+                sum / count
+            })
+            .collect();
+    }
+    interior
+}
+
+/// Colours of an overlay that fills the planet; none for those that are drawn as lines or arrows.
+pub(super) fn paint(overlay: Overlay) -> Option<Paint> {
+    match overlay {
+        Overlay::Boundaries | Overlay::Velocity => None,
+        _ => Some(Arc::new(move |surface, sample| {
+            overlay.color(&values(surface, sample))
+        })),
+    }
+}
+
+/// What overlays want to know. Kinds are those of the nearest sub-plate: there is nothing between two.
+fn values(surface: &Surface, sample: &Sample) -> OverlayValues {
+    let mean = |column: &dyn Fn(usize) -> f32| -> f32 {
+        sample
+            .vertices
+            .into_iter()
+            .zip(sample.weights)
+            .map(|(vertex, weight)| weight as f32 * column(vertex as usize))
+            .sum()
+    };
+    let (mut nearest, mut most) = (sample.vertices[0], 0.0);
+    for (vertex, weight) in sample.vertices.into_iter().zip(sample.weights) {
+        if weight > most {
+            (nearest, most) = (vertex, weight);
+        }
+    }
+    OverlayValues {
+        elevation: sample.pixel.elevation,
+        crust: sample.pixel.crust,
+        age: sample.pixel.age,
+        plate: sample.pixel.plate,
+        thickness: mean(&|v| surface.thickness[v]),
+        speed: surface.velocity[sample.nearest as usize].length(),
+        orogeny: surface.orogeny[nearest as usize],
+        orogeny_age: mean(&|v| surface.orogeny_age[v]),
+    }
+}

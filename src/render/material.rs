@@ -1,0 +1,135 @@
+//! The materials of the ground and of the air. Both are lit by Bevy's lights.
+
+use bevy::{
+    asset::embedded_asset,
+    mesh::MeshVertexBufferLayoutRef,
+    pbr::{Material, MaterialPipeline, MaterialPipelineKey, MaterialPlugin},
+    prelude::*,
+    render::render_resource::{
+        AsBindGroup, Face, RenderPipelineDescriptor, ShaderType, SpecializedMeshPipelineError,
+    },
+    shader::{ShaderRef, load_shader_library},
+};
+
+pub(super) fn plugin(app: &mut App) {
+    load_shader_library!(app, "air.wgsl");
+    embedded_asset!(app, "planet.wgsl");
+    embedded_asset!(app, "sky.wgsl");
+    app.add_plugins((
+        MaterialPlugin::<PlanetMaterial>::default(),
+        MaterialPlugin::<SkyMaterial>::default(),
+    ));
+}
+
+/// Land and sea of a planet between two snapshots, A and B.
+#[derive(Asset, AsBindGroup, TypePath, Debug, Clone)]
+pub(super) struct PlanetMaterial {
+    #[uniform(0)]
+    pub uniform: PlanetUniform,
+    #[texture(1, dimension = "cube")]
+    #[sampler(2)]
+    pub relief_a: Handle<Image>,
+    #[texture(3, dimension = "cube")]
+    pub relief_b: Handle<Image>,
+    #[texture(4, dimension = "cube")]
+    pub climate_a: Handle<Image>,
+    #[texture(5, dimension = "cube")]
+    pub climate_b: Handle<Image>,
+    #[texture(6, dimension = "cube")]
+    pub velocity_a: Handle<Image>,
+    #[texture(7, dimension = "cube")]
+    pub velocity_b: Handle<Image>,
+    #[texture(8, dimension = "cube")]
+    pub overlay_a: Option<Handle<Image>>,
+    #[texture(9, dimension = "cube")]
+    pub overlay_b: Option<Handle<Image>>,
+    #[texture(10)]
+    pub palette: Handle<Image>,
+}
+
+/// What changes from frame to frame. The order is that of `planet.wgsl`.
+#[derive(ShaderType, Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct PlanetUniform {
+    /// Radians by which A is carried forward, and B back, per km/My.
+    pub drift: Vec2,
+    /// Finest level that has data.
+    pub level: Vec2,
+    /// Opacity of the overlay.
+    pub overlay: Vec2,
+    /// Share of B.
+    pub mix: f32,
+    /// Texels along an edge of the relief.
+    pub size: f32,
+    /// Radii per km of height.
+    pub height: f32,
+    /// Factor on slopes for shading.
+    pub shade: f32,
+    /// Level of the sea in km; far below the ground without one.
+    pub sea: f32,
+    /// Elevation in km from which the heights of land are coloured.
+    pub datum: f32,
+}
+
+impl Material for PlanetMaterial {
+    fn vertex_shader() -> ShaderRef {
+        shader("planet.wgsl")
+    }
+
+    fn fragment_shader() -> ShaderRef {
+        shader("planet.wgsl")
+    }
+
+    // Neither pass would know of the displaced ground.
+    fn enable_prepass() -> bool {
+        false
+    }
+
+    fn enable_shadows() -> bool {
+        false
+    }
+}
+
+/// The air beyond the limb of every planet.
+#[derive(Asset, AsBindGroup, TypePath, Debug, Clone, Default)]
+pub(super) struct SkyMaterial {
+    /// Radius of the mesh in radii of the planet.
+    #[uniform(0)]
+    pub extent: Vec4,
+}
+
+impl Material for SkyMaterial {
+    fn vertex_shader() -> ShaderRef {
+        shader("sky.wgsl")
+    }
+
+    fn fragment_shader() -> ShaderRef {
+        shader("sky.wgsl")
+    }
+
+    fn alpha_mode(&self) -> AlphaMode {
+        AlphaMode::Add
+    }
+
+    fn enable_prepass() -> bool {
+        false
+    }
+
+    fn enable_shadows() -> bool {
+        false
+    }
+
+    fn specialize(
+        _: &MaterialPipeline,
+        descriptor: &mut RenderPipelineDescriptor,
+        _: &MeshVertexBufferLayoutRef,
+        _: MaterialPipelineKey<Self>,
+    ) -> Result<(), SpecializedMeshPipelineError> {
+        // The far side, so that the planet hides what lies behind it, and a camera may fly inside.
+        descriptor.primitive.cull_mode = Some(Face::Front);
+        Ok(())
+    }
+}
+
+fn shader(name: &str) -> ShaderRef {
+    ShaderRef::Path(format!("embedded://bevy_tectonics/render/{name}").into())
+}
