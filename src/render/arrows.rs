@@ -23,25 +23,28 @@ pub(super) fn lay(drape: &mut Drape) {
     let mut hints = Hints::default();
     for place in places() {
         let velocity = drape.raster().look(place, &mut hints).velocity.as_dvec3();
-        if !velocity.is_finite() {
-            continue;
-        }
-        let along = velocity - place * place.dot(velocity);
-        let length = (along.length() * f64::from(ARROW_RADII)).min(f64::from(ARROW_LONGEST));
-        let towards = if length > SHORTEST {
-            along
-        } else {
-            place.any_orthonormal_vector()
-        };
-        let Some(frame) = Frame::new(place, towards) else {
-            continue;
-        };
-        if length > SHORTEST {
-            drape.figure(&frame, &arrow(length), true, fill, outline);
-        } else {
-            drape.figure(&frame, &dot(), false, fill, outline);
+        match course(place, velocity) {
+            Some((frame, 0.0)) => drape.figure(&frame, &dot(), false, fill, outline),
+            Some((frame, length)) => drape.figure(&frame, &arrow(length), true, fill, outline),
+            None => {}
         }
     }
+}
+
+/// Where an arrow points and how long it is in radii; 0 for a dot.
+fn course(place: DVec3, velocity: DVec3) -> Option<(Frame, f64)> {
+    if !velocity.is_finite() {
+        return None;
+    }
+    let along = velocity - place * place.dot(velocity);
+    let length = along.length() * f64::from(ARROW_RADII);
+    if length < SHORTEST {
+        return Some((Frame::new(place, place.any_orthonormal_vector())?, 0.0));
+    }
+    Some((
+        Frame::new(place, along)?,
+        length.min(f64::from(ARROW_LONGEST)),
+    ))
 }
 
 /// Evenly spread directions: a Fibonacci lattice.
@@ -83,41 +86,45 @@ fn dot() -> [([f64; 2], [f64; 2]); 7] {
 
 #[cfg(test)]
 mod tests {
-    use super::super::drape::tests::{assert_sound, colors, flat, positions, surface, triangles};
+    use super::super::drape::tests::{assert_sound, flat, positions, surface, triangles};
     use super::*;
     use bevy::math::Vec3;
 
     #[test]
-    fn every_place_has_an_arrow_that_points_along_the_velocity() {
+    fn every_place_has_an_arrow() {
         let mut surface = surface();
-        // The whole planet turns about its axis.
-        surface.velocity = surface
-            .mesh
-            .sites()
-            .iter()
-            .map(|site| (DVec3::Z.cross(*site) * 80.0).as_vec3())
-            .collect();
+        // Eastwards, equally fast everywhere.
+        let eastwards = |site: &DVec3| DVec3::Z.cross(*site).normalize_or(DVec3::X) * 50.0;
+        let sites = surface.mesh.sites().iter();
+        surface.velocity = sites.map(|site| eastwards(site).as_vec3()).collect();
         let mut drape = Drape::new(&surface, flat()).unwrap();
         lay(&mut drape);
-        let mesh = drape.finish().unwrap();
-        assert_sound(&mesh);
-        let (positions, colors) = (positions(&mesh), colors(&mesh));
-        let white = colors.iter().max_by(|a, b| a[0].total_cmp(&b[0])).unwrap();
-        // The tip is the only corner that two vertices of the fill share.
-        let mut tips = 0;
-        let mut start = 0;
-        for i in 1..positions.len() {
-            if colors[i] != *white {
-                start = i + 1;
-            } else if positions[i] == positions[i - 1] {
-                tips += 1;
-                let eastward = Vec3::Y.cross(positions[start]);
-                let arrow = positions[i] - positions[start];
-                assert!(arrow.dot(eastward) > 0.0);
-            }
-        }
-        assert_eq!(tips, COUNT);
-        assert!(triangles(&mesh).len() < 60 * COUNT as usize);
+        let all = drape.finish().unwrap();
+        assert_sound(&all);
+        let mut drape = Drape::new(&surface, flat()).unwrap();
+        let (frame, length) = course(DVec3::X, DVec3::Y * 50.0).unwrap();
+        let paint = Paint::new(ARROW_COLOR);
+        drape.figure(&frame, &arrow(length), true, paint, paint);
+        let one = drape.finish().unwrap();
+        assert_eq!(
+            positions(&all).len(),
+            COUNT as usize * positions(&one).len()
+        );
+        assert!(triangles(&all).len() < 80 * COUNT as usize);
+    }
+
+    #[test]
+    fn arrows_point_along_the_ground() {
+        let (frame, length) = course(DVec3::X, DVec3::new(70.0, 0.0, -50.0)).unwrap();
+        assert!(frame.ahead.distance(DVec3::NEG_Z) < 1e-9);
+        assert!(frame.left.distance(DVec3::Y) < 1e-9);
+        assert!((length - 0.06).abs() < 1e-6);
+        let tip = frame.place([length, 0.0]);
+        assert!((libm::acos(tip.dot(DVec3::X)) - length).abs() < 1e-9);
+        let (_, longest) = course(DVec3::X, DVec3::Y * 1e9).unwrap();
+        assert!((longest - f64::from(ARROW_LONGEST)).abs() < 1e-9);
+        assert!(course(DVec3::X, DVec3::X).is_some_and(|(_, length)| length == 0.0));
+        assert!(course(DVec3::X, DVec3::NAN).is_none());
     }
 
     #[test]

@@ -150,12 +150,13 @@ impl<'a> Drape<'a> {
         let mirror = |[ahead, left]: [f64; 2]| [ahead, -left];
         let points = divide(profile);
         let place = |point| frame.place(point);
+        // Where the outline runs straight to the side, as at barbs, the filling begins anew.
+        let fills = points.chunk_by(|(inside, _), (next, _)| next[0] > inside[0]);
+        for rows in fills {
+            let row = |&(inside, _): &_| [place(inside), place(mirror(inside))];
+            self.strip(rows.iter().map(row), fill);
+        }
         let rows = points.iter();
-        self.strip(
-            rows.clone()
-                .map(|&(inside, _)| [place(inside), place(mirror(inside))]),
-            fill,
-        );
         self.strip(
             rows.clone()
                 .map(|&(inside, outside)| [place(outside), place(inside)]),

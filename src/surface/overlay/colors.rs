@@ -177,11 +177,11 @@ pub fn plate_color(id: u16) -> [u8; 3] {
         return [128, 128, 128];
     }
     let place = |ratio: f64| (f64::from(id) * ratio).fract() as f32;
-    let hue = core::f32::consts::TAU * place(0.754_877_666_246_692_7);
-    let lightness = 0.5 + 0.38 * place(0.569_840_290_998_053_2);
+    let hue = core::f32::consts::TAU * place(0.569_840_290_998_053_2);
+    let lightness = 0.48 + 0.4 * place(0.754_877_666_246_692_7);
     let (sin, cos) = (libm::sinf(hue), libm::cosf(hue));
     // Pale enough to let relief be seen; less so, step by step, where the screen has no such colour.
-    let mut chroma = 0.115;
+    let mut chroma = 0.12;
     loop {
         let linear = from_oklab(Vec3::new(lightness, chroma * cos, chroma * sin));
         if chroma < 0.02 || (linear.min_element() >= 0.0 && linear.max_element() <= 1.0) {
