@@ -146,6 +146,27 @@ pub(super) fn caption(ui: &mut Ui, text: &str) {
     ui.label(egui::RichText::new(text).size(11.0).color(FAINT));
 }
 
+/// The same, and at its right what lines are called, in their colours.
+pub(super) fn caption_with(ui: &mut Ui, text: &str, lines: &[(&str, Color32)]) {
+    ui.add_space(3.0);
+    let size = vec2(ui.available_width(), 15.0);
+    let (rect, _) = ui.allocate_exact_size(size, Sense::hover());
+    let painter = ui.painter();
+    let font = FontId::proportional(11.0);
+    painter.text(
+        rect.left_center(),
+        Align2::LEFT_CENTER,
+        text,
+        font.clone(),
+        FAINT,
+    );
+    let mut right = rect.right_center();
+    for (name, color) in lines.iter().rev() {
+        let used = painter.text(right, Align2::RIGHT_CENTER, name, font.clone(), *color);
+        right.x = used.left() - 8.0;
+    }
+}
+
 /// A name, and beside it what can be changed. The hint appears over the name.
 pub(super) fn row<R>(ui: &mut Ui, name: &str, hint: &str, add: impl FnOnce(&mut Ui) -> R) -> R {
     ui.horizontal(|ui| {

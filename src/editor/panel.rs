@@ -142,8 +142,7 @@ impl Panel<'_, '_> {
             editor.width = editor.width.clamp(NARROWEST.min(widest), widest);
             let size = vec2(editor.width, window.height());
             let (rect, _) = ui.allocate_exact_size(size, Sense::click());
-            ui.painter()
-                .rect_filled(rect, 0, GROUND);
+            ui.painter().rect_filled(rect, 0, GROUND);
             let edge = if left { rect.right() } else { rect.left() };
             let line = Stroke::new(1.0, LINE);
             ui.painter().vline(edge, rect.y_range(), line);
