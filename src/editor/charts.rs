@@ -1,16 +1,18 @@
 //! Live charts: where the ground lies, and how plates move.
 
-use super::look::{ACCENT, FAINT, GOOD, WARM};
+use super::look::{self, ACCENT, FAINT, GOOD, LINE};
 use super::record::{EARTH_LOWEST_KM, EARTH_PER_KM, Record};
-use bevy_egui::egui::{Align2, Color32, FontId, Stroke, Ui, Vec2b, vec2};
+use bevy_egui::egui::{Color32, FontId, Stroke, Ui, Vec2b, vec2};
 use egui_plot::{
-    Bar, BarChart, Corner, GridMark, HLine, HoverPosition, Legend, Line, LineStyle, Plot,
-    PlotPoint, PlotPoints,
+    Axis, AxisHints, Bar, BarChart, GridInput, GridMark, HLine, HoverPosition, Line, LineStyle,
+    Plot, PlotPoint, PlotPoints,
 };
 
 /// Elevations in km that the charts show.
 const LOWEST_KM: f64 = -9.0;
 const HIGHEST_KM: f64 = 7.0;
+/// Earth's colour.
+const EARTH: Color32 = Color32::from_rgb(168, 130, 74);
 /// Heights of the charts.
 const TALL: f32 = 168.0;
 const LOW: f32 = 96.0;
@@ -23,12 +25,20 @@ pub(super) fn show(ui: &mut Ui, record: &Record) {
     }
     let half = 0.5 * (ui.available_width() - ui.spacing().item_spacing.x);
     ui.horizontal(|ui| {
-        for (title, draw) in [
-            ("Share of each 500 m", bins as fn(&mut Ui, &Record, f32)),
-            ("Share that lies higher", above),
+        for (title, lines, draw) in [
+            (
+                "Share of each 500 m",
+                &[][..],
+                bins as fn(&mut Ui, &Record, f32),
+            ),
+            (
+                "Share above",
+                &[("here", ACCENT), ("Earth", EARTH)][..],
+                above,
+            ),
         ] {
             ui.vertical(|ui| {
-                super::look::caption(ui, title);
+                look::caption_with(ui, title, lines);
                 draw(ui, record, half);
             });
         }
@@ -36,9 +46,10 @@ pub(super) fn show(ui: &mut Ui, record: &Record) {
     if record.mean_speed.len() < 2 {
         return;
     }
-    super::look::caption(ui, "Speed of plates, mm/yr");
+    let lines = [("mean", ACCENT), ("median", GOOD)];
+    look::caption_with(ui, "Speed of plates, mm/yr", &lines);
     speeds(ui, record);
-    super::look::caption(ui, "Number of plates");
+    look::caption(ui, "Number of plates");
     plates(ui, record);
 }
 
@@ -52,31 +63,50 @@ fn plot<'a>(id: &'static str, height: f32) -> Plot<'a> {
         .allow_boxed_zoom(false)
         .allow_axis_zoom_drag(false)
         .allow_double_click_reset(false)
-        .show_grid(true)
+        .grid_color(LINE)
+        .grid_fade(0.0)
         .set_margin_fraction(vec2(0.0, 0.05))
 }
 
-fn heights<'a>(id: &'static str, width: f32) -> Plot<'a> {
+/// An axis with small labels, a unit after each, no closer than so many pixels.
+fn axis<'a>(axis: Axis, unit: &'static str, apart: f32) -> Vec<AxisHints<'a>> {
+    let hints = match axis {
+        Axis::X => AxisHints::new_x(),
+        Axis::Y => AxisHints::new_y().min_thickness(30.0),
+    };
+    vec![
+        hints
+            .formatter(move |mark, _| format!("{:.0}{unit}", mark.value).replace('-', "−"))
+            .label_spacing(apart..=apart + 4.0)
+            .tick_label_font(FontId::proportional(10.5))
+            .tick_label_color(FAINT),
+    ]
+}
+
+/// Marks at all multiples of a step.
+fn every<'a>(step: f64) -> impl Fn(GridInput) -> Vec<GridMark> + 'a {
+    move |input| {
+        let (from, to) = input.bounds;
+        let marks = (from / step).ceil() as i32..=(to / step).floor() as i32;
+        marks
+            .map(|i| GridMark {
+                value: step * f64::from(i),
+                step_size: step,
+            })
+            .collect()
+    }
+}
+
+fn heights<'a>(id: &'static str, width: f32, step: f64) -> Plot<'a> {
     plot(id, TALL)
         .width(width)
-        .include_y(LOWEST_KM)
-        .include_y(HIGHEST_KM)
         .include_x(0.0)
         .auto_bounds(Vec2b::new(true, false))
         .default_y_bounds(LOWEST_KM, HIGHEST_KM)
-        .y_axis_formatter(|mark, _| format!("{:.0} km", mark.value).replace('-', "−"))
-        .x_axis_formatter(|mark, _| format!("{:.0} %", mark.value))
-        .y_axis_min_width(38.0)
-        .y_grid_spacer(|input| {
-            let from = (input.bounds.0 / 2.0).ceil() as i32;
-            let to = (input.bounds.1 / 2.0).floor() as i32;
-            (from..=to)
-                .map(|i| GridMark {
-                    value: 2.0 * f64::from(i),
-                    step_size: 2.0,
-                })
-                .collect()
-        })
+        .custom_x_axes(axis(Axis::X, " %", 24.0))
+        .custom_y_axes(axis(Axis::Y, " km", 12.0))
+        .x_grid_spacer(every(step))
+        .y_grid_spacer(every(2.0))
         .label_formatter(|position| {
             let point = point(position);
             Some(format!("{:.1} km: {:.1} %", point.y, point.x).replace('-', "−"))
@@ -93,7 +123,7 @@ fn point(position: &HoverPosition<'_>) -> PlotPoint {
 
 /// Earth is there to compare with, and stays in the background.
 fn earth() -> Stroke {
-    Stroke::new(1.2, WARM.gamma_multiply(0.65))
+    Stroke::new(1.2, EARTH)
 }
 
 fn sea_level() -> HLine {
@@ -121,11 +151,13 @@ fn bins(ui: &mut Ui, record: &Record, width: f32) {
         [[0.5 * share, low], [0.5 * share, low + 1.0]]
     });
     let earth = Line::new("Earth", steps.collect::<PlotPoints<'_>>()).stroke(earth());
-    heights("bins", width).include_x(16.0).show(ui, |plot| {
-        plot.bar_chart(bars);
-        plot.line(earth.allow_hover(false));
-        plot.hline(sea_level());
-    });
+    heights("bins", width, 5.0)
+        .include_x(16.0)
+        .show(ui, |plot| {
+            plot.bar_chart(bars);
+            plot.line(earth.allow_hover(false));
+            plot.hline(sea_level());
+        });
 }
 
 fn above(ui: &mut Ui, record: &Record, width: f32) {
@@ -138,7 +170,7 @@ fn above(ui: &mut Ui, record: &Record, width: f32) {
     }
     let earth = Line::new("Earth", PlotPoints::new(steps)).stroke(earth());
     let here = Line::new("Here", &record.above[..]).stroke(Stroke::new(2.0, ACCENT));
-    let response = heights("above", width)
+    heights("above", width, 25.0)
         .include_x(100.0)
         .show_axes(Vec2b::new(true, false))
         .show(ui, |plot| {
@@ -146,28 +178,15 @@ fn above(ui: &mut Ui, record: &Record, width: f32) {
             plot.line(here);
             plot.hline(sea_level());
         });
-    let corner = response.response.rect.right_top() + vec2(-6.0, 4.0);
-    let font = FontId::proportional(11.0);
-    let painter = ui.painter();
-    painter.text(corner, Align2::RIGHT_TOP, "here", font.clone(), ACCENT);
-    let corner = corner + vec2(0.0, 13.0);
-    painter.text(
-        corner,
-        Align2::RIGHT_TOP,
-        "Earth",
-        font,
-        WARM.gamma_multiply(0.8),
-    );
 }
 
 /// Time runs to the right in both charts over time.
 fn over_time<'a>(id: &'static str, unit: &'static str) -> Plot<'a> {
     plot(id, LOW)
         .include_y(0.0)
-        .y_axis_min_width(28.0)
-        .x_axis_formatter(|mark, _| format!("{:.0} My", mark.value))
-        .y_axis_formatter(|mark, _| format!("{:.0}", mark.value))
-        .grid_spacing(24.0..=90.0)
+        .custom_x_axes(axis(Axis::X, " My", 48.0))
+        .custom_y_axes(axis(Axis::Y, "", 12.0))
+        .grid_spacing(20.0..=80.0)
         .label_formatter(move |position| {
             let point = point(position);
             Some(format!("{:.0} My: {:.1} {unit}", point.x, point.y))
@@ -177,16 +196,10 @@ fn over_time<'a>(id: &'static str, unit: &'static str) -> Plot<'a> {
 fn speeds(ui: &mut Ui, record: &Record) {
     let mean = Line::new("mean", &record.mean_speed[..]).stroke(Stroke::new(1.6, ACCENT));
     let median = Line::new("median", &record.median_speed[..]).stroke(Stroke::new(1.6, GOOD));
-    let legend = Legend::default()
-        .position(Corner::RightBottom)
-        .text_style(bevy_egui::egui::TextStyle::Small)
-        .background_alpha(0.5);
-    over_time("speeds", "mm/yr")
-        .legend(legend)
-        .show(ui, |plot| {
-            plot.line(mean);
-            plot.line(median);
-        });
+    over_time("speeds", "mm/yr").show(ui, |plot| {
+        plot.line(mean);
+        plot.line(median);
+    });
 }
 
 fn plates(ui: &mut Ui, record: &Record) {

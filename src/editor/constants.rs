@@ -14,7 +14,7 @@ pub(super) fn show(ui: &mut Ui, constants: &mut Constants) -> bool {
     let changes: usize = constants.groups().into_iter().map(differing).sum();
     let title = counted("Constants", changes);
     let header = CollapsingHeader::new(title).id_salt("constants");
-    let response = header.show_unindented(ui, |ui| {
+    let response = header.show(ui, |ui| {
         let mut edited = false;
         for group in constants.groups_mut() {
             let title = counted(&heading(group.name()), differing(group));

@@ -26,9 +26,11 @@ pub(super) const GOOD: Color32 = Color32::from_rgb(106, 196, 132);
 pub(super) const BAD: Color32 = Color32::from_rgb(242, 106, 94);
 
 /// Width of the column of names.
-const NAMES: f32 = 112.0;
+const NAMES: f32 = 94.0;
 /// Height of a row.
 const ROW: f32 = 20.0;
+/// Width of the button with the dice.
+pub(super) const DICE: f32 = 32.0;
 /// Width of the number beside a slider.
 const NUMBER: f32 = 76.0;
 
@@ -62,7 +64,7 @@ pub(super) fn style(style: &mut Style) {
     visuals.selection.bg_fill = Color32::from_rgb(38, 92, 138);
     visuals.selection.stroke = Stroke::new(1.0, BRIGHT);
     visuals.slider_trailing_fill = true;
-    visuals.handle_shape = HandleShape::Circle;
+    visuals.handle_shape = HandleShape::Rect { aspect_ratio: 0.4 };
     let widget = |fill, outline, text| WidgetVisuals {
         bg_fill: fill,
         weak_bg_fill: fill,
@@ -78,7 +80,7 @@ pub(super) fn style(style: &mut Style) {
     visuals.widgets.open = widget(WIDGET, LINE, BRIGHT);
 }
 
-/// A part of the panel that can be folded away. The summary stands at the right of its header.
+/// A part of the panel that can be folded away. The summary stands in its header while it is.
 pub(super) fn section(
     ui: &mut Ui,
     title: &str,
@@ -115,7 +117,9 @@ pub(super) fn section(
         );
         let font = FontId::proportional(12.0);
         let right = rect.right_center() - vec2(9.0, 0.0);
-        painter.text(right, Align2::RIGHT_CENTER, summary, font, FAINT);
+        if !state.is_open() {
+            painter.text(right, Align2::RIGHT_CENTER, summary, font, FAINT);
+        }
         let mut icon = response;
         icon.rect = egui::Rect::from_center_size(left + vec2(13.0, 0.0), Vec2::splat(9.0));
         let openness = state.openness(ui.ctx());
@@ -140,6 +144,27 @@ pub(super) fn section(
 pub(super) fn caption(ui: &mut Ui, text: &str) {
     ui.add_space(3.0);
     ui.label(egui::RichText::new(text).size(11.0).color(FAINT));
+}
+
+/// The same, and at its right what lines are called, in their colours.
+pub(super) fn caption_with(ui: &mut Ui, text: &str, lines: &[(&str, Color32)]) {
+    ui.add_space(3.0);
+    let size = vec2(ui.available_width(), 15.0);
+    let (rect, _) = ui.allocate_exact_size(size, Sense::hover());
+    let painter = ui.painter();
+    let font = FontId::proportional(11.0);
+    painter.text(
+        rect.left_center(),
+        Align2::LEFT_CENTER,
+        text,
+        font.clone(),
+        FAINT,
+    );
+    let mut right = rect.right_center();
+    for (name, color) in lines.iter().rev() {
+        let used = painter.text(right, Align2::RIGHT_CENTER, name, font.clone(), *color);
+        right.x = used.left() - 8.0;
+    }
 }
 
 /// A name, and beside it what can be changed. The hint appears over the name.
@@ -252,6 +277,36 @@ pub(super) fn main_button(ui: &mut Ui, enabled: bool, width: f32, text: &str) ->
     ui.add_enabled(enabled, button)
 }
 
+/// A small light that tells a state.
+pub(super) fn light(ui: &mut Ui, color: Color32) {
+    let (rect, _) = ui.allocate_exact_size(vec2(10.0, ROW), Sense::hover());
+    let painter = ui.painter();
+    painter.circle_filled(rect.center(), 6.0, color.gamma_multiply(0.2));
+    painter.circle_filled(rect.center(), 3.5, color);
+}
+
+/// A button with the five of a dice: not every font has one.
+pub(super) fn dice(ui: &mut Ui, hint: &str) -> Response {
+    let button = Button::new("").min_size(vec2(DICE, ROW));
+    let response = ui.add(button).on_hover_text(hint);
+    let color = ui.style().interact(&response).fg_stroke.color;
+    let centre = response.rect.center();
+    let painter = ui.painter();
+    let square = egui::Rect::from_center_size(centre, Vec2::splat(14.0));
+    let line = Stroke::new(1.2, color);
+    painter.rect_stroke(square, 3, line, egui::StrokeKind::Inside);
+    for (x, y) in [
+        (-1.0, -1.0),
+        (1.0, -1.0),
+        (0.0, 0.0),
+        (-1.0, 1.0),
+        (1.0, 1.0),
+    ] {
+        painter.circle_filled(centre + 3.6 * vec2(x, y), 1.2, color);
+    }
+    response
+}
+
 /// A row of a table that is only read: a name, a figure, and one to compare it with.
 pub(super) fn fact(ui: &mut Ui, name: &str, figure: &str, beside: Option<&str>) -> Response {
     let size = vec2(ui.available_width(), 17.0);
@@ -267,7 +322,7 @@ pub(super) fn fact(ui: &mut Ui, name: &str, figure: &str, beside: Option<&str>) 
             painter.text(middle, Align2::RIGHT_CENTER, figure, font.clone(), BRIGHT);
             painter.text(right, Align2::RIGHT_CENTER, beside, font, FAINT);
         } else {
-            let start = left + vec2(NAMES, 0.0);
+            let start = left + vec2(NAMES + ui.spacing().item_spacing.x, 0.0);
             painter.text(start, Align2::LEFT_CENTER, figure, font, BRIGHT);
         }
     }

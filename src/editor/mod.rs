@@ -63,7 +63,7 @@ pub use bevy_egui::input::{
 };
 
 use bevy::prelude::*;
-use bevy_egui::{EguiPlugin, EguiPrimaryContextPass};
+use bevy_egui::{EguiPlugin, EguiPrimaryContextPass, input::write_egui_wants_input_system};
 
 /// Adds the panel, and [`EguiPlugin`] if it is missing: a game with settings of its own for egui adds
 /// that plugin before this one.
@@ -83,7 +83,13 @@ impl Plugin for EditorPlugin {
             .init_resource::<pointer::Pointer>()
             .add_observer(panel::record_surface)
             .add_observer(panel::forget_planet)
-            .add_systems(Update, pointer::look_under_pointer)
+            .add_systems(
+                PostUpdate,
+                // Earlier, egui would not know yet whether the pointer is the panel's.
+                pointer::look_under_pointer
+                    .after(write_egui_wants_input_system)
+                    .after(TransformSystems::Propagate),
+            )
             .add_systems(EguiPrimaryContextPass, panel::show_panel);
     }
 }

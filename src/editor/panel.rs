@@ -142,8 +142,7 @@ impl Panel<'_, '_> {
             editor.width = editor.width.clamp(NARROWEST.min(widest), widest);
             let size = vec2(editor.width, window.height());
             let (rect, _) = ui.allocate_exact_size(size, Sense::click());
-            ui.painter()
-                .rect_filled(rect, 0, GROUND.gamma_multiply(0.97));
+            ui.painter().rect_filled(rect, 0, GROUND);
             let edge = if left { rect.right() } else { rect.left() };
             let line = Stroke::new(1.0, LINE);
             ui.painter().vline(edge, rect.y_range(), line);
@@ -232,7 +231,9 @@ impl Panel<'_, '_> {
         let mut wish = planet.clone();
         let mut changed = false;
         let (state, _) = time::describe(growth, &wish);
-        look::section(ui, "Time", true, state, |ui| {
+        let time_my = figures::tenth(growth.progress.time_my);
+        let summary = format!("{time_my} My, {}", state.to_lowercase());
+        look::section(ui, "Time", true, &summary, |ui| {
             changed |= time::show(ui, &mut wish, growth, &mut note.rate);
         });
         let draft = note.draft.get_or_insert_with(|| Draft::new(&wish.recipe));

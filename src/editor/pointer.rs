@@ -1,7 +1,7 @@
 //! What lies under the pointer.
 
 use super::figures::{azimuth, latitude, longitude, tenth_in, whole, whole_in};
-use super::look::{self, FAINT};
+use super::look;
 use crate::planet::{PlanetSurface, Planets};
 use crate::simulation::{BoundaryKind, Crust, Orogeny, Surface};
 use crate::surface::{NearBoundary, Place, east_north, lat_lon};
@@ -9,10 +9,7 @@ use bevy::camera::{Camera, NormalizedRenderTarget, RenderTarget};
 use bevy::math::{DVec3, Ray3d};
 use bevy::prelude::*;
 use bevy::window::PrimaryWindow;
-use bevy_egui::{
-    egui::{RichText, Ui},
-    input::EguiWantsInput,
-};
+use bevy_egui::{egui::Ui, input::EguiWantsInput};
 
 /// What the pointer was last over.
 #[derive(Resource, Debug, Default)]
@@ -98,36 +95,66 @@ fn bearing(direction: DVec3, vector: DVec3) -> f64 {
     libm::atan2(vector.dot(east), vector.dot(north)).to_degrees()
 }
 
+/// The lines: names, and hints where names do not say it all.
+const LINES: [(&str, &str); 8] = [
+    ("Place", ""),
+    (
+        "Elevation",
+        "Of the ground; of the floor where there is sea.",
+    ),
+    ("Crust", "Kind and thickness."),
+    ("Age", "Of the crust."),
+    ("Plate", ""),
+    ("Velocity", "Speed, and azimuth from north over east."),
+    ("Mountains", "The last mountain building."),
+    (
+        "Boundary",
+        "The nearest boundary of plates, its distance, and how fast the plates slip.",
+    ),
+];
+
 /// Draws the section.
 pub(super) fn show(ui: &mut Ui, spot: Option<&Spot>) {
     ui.spacing_mut().item_spacing.y = 1.0;
-    let Some(spot) = spot else {
-        ui.label(RichText::new("Move the pointer over the planet.").color(FAINT));
-        return;
-    };
+    // The same lines with nothing in them, so that nothing below moves.
+    let figures = spot.map(figures);
+    for (i, (name, hint)) in LINES.into_iter().enumerate() {
+        let figure = figures.as_ref().map_or("–", |figures| &figures[i]);
+        let response = look::fact(ui, name, figure, None);
+        if !hint.is_empty() {
+            response.on_hover_text(hint);
+        }
+    }
+}
+
+/// What stands in the lines.
+fn figures(spot: &Spot) -> [String; LINES.len()] {
     let place = &spot.place;
     let crust = match place.crust {
         Crust::Oceanic => "oceanic",
         Crust::Continental => "continental",
     };
-    let mountains = match place.orogeny {
-        Orogeny::None => "none".to_owned(),
-        kind => format!("{}, {}", belt(kind), since(f64::from(place.orogeny_age))),
-    };
-    let (north, east) = lat_lon(place.direction);
-    let position = format!("{}, {}", latitude(north), longitude(east));
-    look::fact(ui, "Place", &position, None);
-    let elevation = whole_in(f64::from(place.elevation), "m");
-    look::fact(ui, "Elevation", &elevation, None);
     let thickness = tenth_in(f64::from(place.thickness), "km");
-    look::fact(ui, "Crust", &format!("{crust}, {thickness} thick"), None);
-    look::fact(ui, "Age", &whole_in(f64::from(place.age), "My"), None);
-    look::fact(ui, "Plate", &plate(place.plate), None);
-    look::fact(ui, "Velocity", &velocity(place), None)
-        .on_hover_text("Speed, and azimuth from north over east.");
-    look::fact(ui, "Mountains", &mountains, None).on_hover_text("The last mountain building.");
-    let near = spot.boundary.as_ref().map_or_else(|| "–".into(), boundary);
-    look::fact(ui, "Boundary", &near, None).on_hover_text("The nearest boundary of plates.");
+    let (north, east) = lat_lon(place.direction);
+    [
+        format!("{}, {}", latitude(north), longitude(east)),
+        whole_in(f64::from(place.elevation), "m"),
+        format!("{crust}, {thickness} thick"),
+        whole_in(f64::from(place.age), "My"),
+        plate(place.plate),
+        velocity(place),
+        mountains(place),
+        spot.boundary
+            .as_ref()
+            .map_or_else(|| "none".into(), boundary),
+    ]
+}
+
+fn mountains(place: &Place) -> String {
+    match place.orogeny {
+        Orogeny::None => "none".into(),
+        kind => format!("{}, {}", belt(kind), since(f64::from(place.orogeny_age))),
+    }
 }
 
 fn plate(id: u16) -> String {

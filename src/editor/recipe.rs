@@ -4,7 +4,7 @@ use super::figures::whole;
 use super::{constants, look, time::sentence};
 use crate::planet::{Planet, Regrowth};
 use crate::simulation::{Drive, Recipe, Start};
-use bevy_egui::egui::{RichText, TextEdit, Ui};
+use bevy_egui::egui::{TextEdit, Ui};
 use core::hash::{BuildHasher, Hasher};
 
 /// Seeds that the dice throws lie below this: short enough to be remembered.
@@ -166,17 +166,15 @@ pub(super) fn show(ui: &mut Ui, planet: &mut Planet, draft: &mut Draft) -> bool 
 fn seed(ui: &mut Ui, draft: &mut Draft) -> bool {
     let hint = "Seed of every random stream. The same recipe grows the same planet, bit for bit.";
     look::row(ui, "Seed", hint, |ui| {
-        let dice = 30.0;
-        let width = ui.available_width() - dice - ui.spacing().item_spacing.x;
-        let edit = TextEdit::singleline(&mut draft.seed).desired_width(width - 8.0);
+        let width = ui.available_width() - look::DICE - ui.spacing().item_spacing.x;
+        let edit = TextEdit::singleline(&mut draft.seed).desired_width(width);
         let response = ui.add(edit);
         let mut edited = response.changed() && draft.read_seed();
         if response.lost_focus() {
             // What is no number is taken back.
             edited = true;
         }
-        let throw = look::button(ui, true, dice, RichText::new("🎲").size(15.0));
-        if throw.on_hover_text("Another seed").clicked() {
+        if look::dice(ui, "Another seed").clicked() {
             draft.recipe.seed = throw_dice();
             edited = true;
         }

@@ -5,7 +5,7 @@ use super::pointer::{Pointer, Spot};
 use super::*;
 use crate::planet::{
     Growth, GrowthFailure, GrowthState, Pace, Planet, PlanetPlugin, PlanetSurface, PlanetView,
-    Regrowth,
+    Regrowth, SurfaceChanged,
 };
 use crate::simulation::{Progress, Recipe};
 use crate::surface::Overlay;
@@ -207,6 +207,12 @@ fn a_grown_planet_is_measured_and_forgotten() {
     for section in ["Statistics", "Charts", "Timings", "Constants"] {
         click(&mut app, &context, section);
     }
+    // A moment later, so that there is a line to draw.
+    app.world_mut().trigger(SurfaceChanged {
+        entity: planet,
+        time_my: 5.0,
+        first: false,
+    });
     let spot = app
         .world()
         .get::<PlanetSurface>(planet)

@@ -35,7 +35,7 @@ pub(super) fn show(ui: &mut Ui, planet: &mut Planet, growth: &Growth, rate: &mut
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let (name, color) = describe(growth, planet);
             ui.label(RichText::new(name).color(TEXT));
-            ui.label(RichText::new("●").size(10.0).color(color));
+            look::light(ui, color);
         });
     });
     let end_my = planet.end_my();
