@@ -59,7 +59,7 @@ struct Prepared {
 pub(super) struct Face {
     /// Elevation in km; the ground's slope in m per km, as a vector in the scene.
     pub relief: Levels,
-    /// Youth of mountains, aridity, latitude of the climate in degrees, height of the snow line in km.
+    /// Youth of mountains, aridity, latitude of the climate in degrees, variety from −1 to 1.
     pub climate: Levels,
     /// Velocity in km/My, as a vector in the scene.
     pub velocity: Levels,
@@ -150,7 +150,8 @@ impl Scene {
         for y in 0..size as usize {
             let mut walk = start;
             for x in 0..size as usize {
-                let coast = noise.coast[(2 * y + 1) * row + 2 * x + 1];
+                let texel = (2 * y + 1) * row + 2 * x + 1;
+                let coast = noise.coast[texel];
                 let (vertices, weights) = walk.locate(unit(&coast));
                 if x == 0 {
                     start = walk;
@@ -166,16 +167,20 @@ impl Scene {
                 let interior = mean(&|v| prepared.interior[v]);
                 let place = direction(face, x as i32, y as i32, size);
                 let latitude = libm::asin(place.z.clamp(-1.0, 1.0)).to_degrees() as f32;
-                let climate = Climate::at(latitude, noise.wander[y * size as usize + x]);
+                let wander = noise.wander[y * size as usize + x];
+                let climate = Climate::at(latitude, wander);
                 // Far inland it is dry outside the tropics too, and coasts of the dry belts are less so.
                 let temperate = smooth(ramp(8.0, 22.0, climate.latitude))
                     * (1.0 - smooth(ramp(40.0, 56.0, climate.latitude)));
                 let arid = climate.arid * (0.62 + 0.6 * interior) + 0.75 * interior * temperate;
+                // Ridges are greener than the plains beside them: climates have ragged edges.
+                let terrain = f32::from(noise.terrain[texel][0]) / 32_767.0;
+                let arid = smooth(ramp(0.15, 0.85, arid - 0.22 * terrain));
                 texels.push([
                     youth,
-                    arid.clamp(0.0, 1.0),
+                    arid,
                     climate.latitude,
-                    climate.snow_m / 1000.0,
+                    (0.7 * terrain + 0.5 * wander).clamp(-1.0, 1.0),
                 ]);
             }
             if y % 8 == 0 {
