@@ -24,7 +24,7 @@ use std::sync::Arc;
 /// Texels of the first, quick bake.
 const COARSE: u32 = 128;
 /// Shading of slopes in units of the exaggeration of heights: light shows relief that outlines do not.
-const SHADE: f32 = 2.8;
+const SHADE: f32 = 4.5;
 /// Ground that moves further between two snapshots than this, in radians, is not carried along.
 const FURTHEST: f64 = 0.25;
 /// What moves fast on a planet, in km/My.

@@ -13,7 +13,7 @@
 #endif
 
 // Roughness of the sea as Bevy counts it: waves spread the sun's reflection.
-const WATER: f32 = 0.40;
+const WATER: f32 = 0.44;
 const FRAC_1_PI: f32 = 0.31830989;
 
 // How much of the light from a direction the sea reflects to the viewer.
@@ -45,12 +45,13 @@ fn lit(in: PbrInput, wet: f32) -> vec3<f32> {
         if wet > 0.0 {
             share += wet * glint(in.N, in.V, to_light);
         }
-        var shadow = 1.0;
+        // Slopes do not catch light in the planet's own shadow.
+        var shadow = smoothstep(-0.06, 0.06, dot(in.world_normal, to_light));
 #ifdef PLANET_SHADOWS
         if (in.flags & MESH_FLAGS_SHADOW_RECEIVER_BIT) != 0u
             && (lights.directional_lights[i].flags & DIRECTIONAL_LIGHT_FLAGS_SHADOWS_ENABLED_BIT) != 0u {
             let view_z = (view.view_from_world * in.world_position).z;
-            shadow = shadows::fetch_directional_shadow(
+            shadow *= shadows::fetch_directional_shadow(
                 i, in.world_position, in.world_normal, view_z, in.frag_coord.xy,
             );
         }

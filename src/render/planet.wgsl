@@ -121,7 +121,7 @@ fn ground(in: Point, level: f32) -> Ground {
 }
 
 // The palette is what eyes expect of a picture; the ground itself is darker.
-const BRIGHTNESS: f32 = 0.62;
+const BRIGHTNESS: f32 = 0.85;
 
 // Rows of the palette.
 const LUSH: f32 = 0.0;
@@ -163,7 +163,7 @@ fn land_colour(height: f32, tilt: f32, climate: vec4<f32>) -> vec3<f32> {
     if arid > 0.0 {
         ground = mix(ground, colour(ARID, bare), arid);
     }
-    ground *= 1.0 - 0.22 * variety;
+    ground *= 1.0 - 0.16 * variety;
     let rock = youth * smoothstep(0.4, 2.0, height) * (0.5 + 0.5 * smoothstep(0.1, 0.5, tilt));
     if rock > 0.0 {
         ground = mix(ground, colour(ROCK, height), 0.85 * rock);
@@ -208,7 +208,7 @@ fn fragment(in: Point) -> @location(0) vec4<f32> {
         // The sea floor shimmers through.
         let sun = lights.directional_lights[0].direction_to_light;
         let lit = dot(relief_normal, sun) - dot(up, sun);
-        water *= 1.0 + clamp(lit, -0.35, 0.6);
+        water *= 1.0 + clamp(2.0 * lit, -0.35, 0.6);
         pack = smoothstep(75.0, 78.0, here.climate.z + 5.0 * here.climate.w);
         base += (1.0 - land) * mix(water, PACK_ICE, 0.92 * pack);
     }

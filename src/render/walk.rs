@@ -63,7 +63,7 @@ mod tests {
             let r = (1.0 - z * z).sqrt();
             DVec3::new(r * cos, r * sin, z)
         });
-        let mesh: SphereMesh = SphereMesh::build(&sites.collect::<Vec<_>>()).unwrap();
+        let mesh: SphereMesh = SphereMesh::build(sites.collect()).unwrap();
         let mut walk = Walk::new(&mesh);
         for i in 0..5000 {
             let angle = f64::from(i) * 0.37;
