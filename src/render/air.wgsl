@@ -5,7 +5,7 @@
 const SCALE_HEIGHT: f32 = 0.0055;
 // Optical depth straight up, by colour: the sky is blue.
 const DEPTH: vec3<f32> = vec3<f32>(0.009, 0.021, 0.050);
-const INTENSITY: f32 = 0.12;
+const INTENSITY: f32 = 0.11;
 
 // How much longer a slanted way through the air is than the one straight up (after Schüler 2012).
 fn slant(cosine: f32) -> f32 {
