@@ -52,8 +52,20 @@ struct Options {
     serve: Option<PathBuf>,
 }
 
+fn cpu() -> f64 {
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap();
+    let f: Vec<_> = stat
+        .rsplit(')')
+        .next()
+        .unwrap()
+        .split_whitespace()
+        .map(String::from)
+        .collect();
+    (f[11].parse::<f64>().unwrap() + f[12].parse::<f64>().unwrap()) / 100.0
+}
 #[derive(Resource)]
 struct Studio {
+    cpu: f64,
     picture: Handle<Image>,
     grown: bool,
     frames: u32,
@@ -63,35 +75,44 @@ struct Studio {
 
 fn main() -> AppExit {
     let options = Options::parse();
-    App::new()
-        .add_plugins((
-            DefaultPlugins
-                .build()
-                .disable::<WinitPlugin>()
-                // Leaving while the other thread renders crashes software renderers.
-                .disable::<PipelinedRenderingPlugin>()
-                .set(RenderPlugin {
-                    synchronous_pipeline_compilation: true,
-                    ..default()
-                })
-                .set(WindowPlugin {
-                    primary_window: None,
-                    exit_condition: ExitCondition::DontExit,
-                    ..default()
-                }),
-            ScheduleRunnerPlugin::default(),
-            PlanetPlugin::default(),
-            PlanetRenderPlugin,
-        ))
-        .insert_resource(ClearColor(Color::BLACK))
-        .insert_resource(GlobalAmbientLight {
-            brightness: 12.0,
-            ..default()
-        })
-        .insert_resource(options)
-        .add_systems(Startup, set_up)
-        .add_systems(Update, (serve, shoot).chain())
-        .run()
+    let mut app = App::new();
+    app.add_plugins((
+        DefaultPlugins
+            .build()
+            .disable::<WinitPlugin>()
+            // Leaving while the other thread renders crashes software renderers.
+            .disable::<PipelinedRenderingPlugin>()
+            .set(RenderPlugin {
+                synchronous_pipeline_compilation: true,
+                ..default()
+            })
+            .set(WindowPlugin {
+                primary_window: None,
+                exit_condition: ExitCondition::DontExit,
+                ..default()
+            }),
+        ScheduleRunnerPlugin::default(),
+        PlanetPlugin::default(),
+        PlanetRenderPlugin,
+    ))
+    .insert_resource(ClearColor(Color::BLACK))
+    .insert_resource(GlobalAmbientLight {
+        brightness: 12.0,
+        ..default()
+    })
+    .insert_resource(options)
+    .add_systems(Startup, set_up)
+    .add_systems(Update, (serve, shoot).chain());
+    if let Some(render) = app.get_sub_app_mut(bevy::render::RenderApp) {
+        render.add_systems(
+            bevy::render::Render,
+            (|device: Res<bevy::render::renderer::RenderDevice>| {
+                let _ = device.poll(bevy::render::render_resource::PollType::wait_indefinitely());
+            })
+            .in_set(bevy::render::RenderSystems::Cleanup),
+        );
+    }
+    app.run()
 }
 
 fn set_up(mut commands: Commands, options: Res<Options>, mut images: ResMut<Assets<Image>>) {
@@ -123,7 +144,15 @@ fn set_up(mut commands: Commands, options: Res<Options>, mut images: ResMut<Asse
         .observe(|_: On<GrowthFailed>, mut exit: MessageWriter<AppExit>| {
             exit.write(AppExit::error());
         });
-    commands.spawn((Camera3d::default(), RenderTarget::from(picture.clone())));
+    commands.spawn((
+        Camera3d::default(),
+        if std::env::var("NOMSAA").is_ok() {
+            Msaa::Off
+        } else {
+            Msaa::Sample4
+        },
+        RenderTarget::from(picture.clone()),
+    ));
     commands.spawn(DirectionalLight {
         illuminance: 10_000.0,
         ..default()
@@ -134,6 +163,7 @@ fn set_up(mut commands: Commands, options: Res<Options>, mut images: ResMut<Asse
         frames: 0,
         asked: false,
         begun: Instant::now(),
+        cpu: 0.0,
     });
 }
 
@@ -237,17 +267,19 @@ fn shoot(
     }
     if studio.frames == 0 {
         studio.begun = Instant::now();
+        studio.cpu = cpu();
     }
     studio.frames += 1;
     let _ = time;
-    if studio.begun.elapsed().as_secs_f32() < if options.serve.is_some() { 1.5 } else { 6.0 } {
+    if studio.begun.elapsed().as_secs_f32() < if options.serve.is_some() { 4.0 } else { 6.0 } {
         return;
     }
     studio.asked = true;
     println!(
-        "{} frames in {:.2} s",
-        studio.frames,
-        studio.begun.elapsed().as_secs_f32()
+        "{} frames in {:.2} s, cpu {:.0} ms each",
+        studio.frames - 1,
+        studio.begun.elapsed().as_secs_f32(),
+        1000.0 * (cpu() - studio.cpu) / f64::from(studio.frames - 1)
     );
     commands
         .spawn(Screenshot::image(studio.picture.clone()))

@@ -47,7 +47,7 @@ use bevy::{
     transform::TransformSystems,
 };
 use globe::Globe;
-use material::{PlanetMaterial, SkyMaterial};
+use material::{Lighting, PlanetMaterial, SkyMaterial};
 use upload::Uploads;
 
 /// Draws every planet. Does nothing in an app without a renderer.
@@ -184,10 +184,16 @@ fn tend(
     mut images: ResMut<Assets<Image>>,
     mut materials: ResMut<Assets<PlanetMaterial>>,
     mut uploads: ResMut<Uploads>,
+    suns: Query<&DirectionalLight>,
+    lamps: Query<(), Or<(With<PointLight>, With<SpotLight>, With<RectLight>)>>,
     mut planets: Query<Tended>,
     mut parts: Query<(&mut Transform, &mut Visibility, &mut Aabb), Without<Planet>>,
 ) {
     let seconds = time.map_or(0.0, |time| time.delta_secs());
+    let lighting = Lighting {
+        lamps: !lamps.is_empty(),
+        shadows: suns.iter().any(|sun| sun.shadow_maps_enabled),
+    };
     for (planet, surface, view, mut globe) in &mut planets {
         let globe = globe.bypass_change_detection();
         let overlay = view
@@ -201,7 +207,7 @@ fn tend(
             &mut images,
             &mut uploads,
         );
-        globe.show(view, &mut materials);
+        globe.show(view, lighting, &mut materials);
         let reach = globe.reach(view);
         for (part, scale, reach) in [(globe.body, 1.0, reach), (globe.sky, SKY, 1.0)] {
             let Ok((mut transform, mut visibility, mut bounds)) = parts.get_mut(part) else {
