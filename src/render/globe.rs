@@ -1,7 +1,7 @@
 //! What is drawn of one planet: its textures, and the way of a snapshot into them.
 
 use super::{
-    PlanetRenderSettings,
+    Drawn, PlanetRenderSettings,
     bake::{self, Face, Scene, VELOCITY_SIZE},
     blend::Blend,
     cube,
@@ -347,6 +347,20 @@ impl Globe {
             sea: if view.sea { level } else { -1000.0 },
             datum: if view.sea { level } else { 0.0 },
         }
+    }
+
+    /// What is seen, once something is.
+    pub(super) fn drawn(&self) -> Option<Drawn> {
+        let seen = self.maps[self.blend.to].stamp;
+        (seen.radius_km > 0.0).then(|| Drawn {
+            time_my: seen.time_my,
+            settled: self.blend.is_over()
+                && !self.stale
+                && self.warming.is_empty()
+                && self.job.is_none()
+                && self.baked.is_none()
+                && self.arriving.is_none(),
+        })
     }
 
     /// Radius that holds the highest mountains, in radii of the planet.
