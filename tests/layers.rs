@@ -113,8 +113,8 @@ fn the_simulation_knows_no_files_and_no_pictures() {
 
 #[test]
 fn upper_rooms_stay_apart() {
-    const UPPER: [&str; 2] = ["export", "editor"];
-    for folder in ["surface"] {
+    const UPPER: [&str; 3] = ["export", "render", "editor"];
+    for folder in ["surface", "planet"] {
         assert_never_names_rooms(folder, &UPPER);
     }
     assert_never_names_rooms("surface", &["planet"]);

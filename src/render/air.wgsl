@@ -4,8 +4,8 @@
 // Several times Earth's, so that the rim is seen from afar.
 const SCALE_HEIGHT: f32 = 0.0055;
 // Optical depth straight up, by colour: the sky is blue.
-const DEPTH: vec3<f32> = vec3<f32>(0.036, 0.088, 0.21);
-const INTENSITY: f32 = 0.30;
+const DEPTH: vec3<f32> = vec3<f32>(0.009, 0.021, 0.050);
+const INTENSITY: f32 = 0.11;
 
 // How much longer a slanted way through the air is than the one straight up (after Schüler 2012).
 fn slant(cosine: f32) -> f32 {

@@ -59,7 +59,7 @@ struct Prepared {
 pub(super) struct Face {
     /// Elevation in km; the ground's slope in m per km, as a vector in the scene.
     pub relief: Levels,
-    /// Youth of mountains, aridity, latitude of the climate in degrees, height of the snow line in km.
+    /// Youth of mountains, aridity, latitude of the climate in degrees, variety from −1 to 1.
     pub climate: Levels,
     /// Velocity in km/My, as a vector in the scene.
     pub velocity: Levels,
@@ -129,9 +129,9 @@ impl Scene {
                 let [terrain, hills] = terrain.map(|value| f32::from(value) / 32_767.0);
                 let (elevation, grain) = ground.detail(|| terrain, || hills);
                 elevations.push(elevation);
-                // The deep sea's relief is subdued, so that the coast stands out.
+                // The deep sea's relief is subdued, or trenches would blacken the coasts beside them.
                 shades.push(
-                    elevation.max(-400.0 + 0.35 * elevation.min(0.0))
+                    elevation.max(-80.0 + 0.15 * elevation.min(0.0))
                         + FLOURISH * elevation.max(0.0) * grain,
                 );
             }
@@ -150,7 +150,8 @@ impl Scene {
         for y in 0..size as usize {
             let mut walk = start;
             for x in 0..size as usize {
-                let coast = noise.coast[(2 * y + 1) * row + 2 * x + 1];
+                let texel = (2 * y + 1) * row + 2 * x + 1;
+                let coast = noise.coast[texel];
                 let (vertices, weights) = walk.locate(unit(&coast));
                 if x == 0 {
                     start = walk;
@@ -166,16 +167,20 @@ impl Scene {
                 let interior = mean(&|v| prepared.interior[v]);
                 let place = direction(face, x as i32, y as i32, size);
                 let latitude = libm::asin(place.z.clamp(-1.0, 1.0)).to_degrees() as f32;
-                let climate = Climate::at(latitude, noise.wander[y * size as usize + x]);
+                let wander = noise.wander[y * size as usize + x];
+                let climate = Climate::at(latitude, wander);
                 // Far inland it is dry outside the tropics too, and coasts of the dry belts are less so.
                 let temperate = smooth(ramp(8.0, 22.0, climate.latitude))
                     * (1.0 - smooth(ramp(40.0, 56.0, climate.latitude)));
                 let arid = climate.arid * (0.62 + 0.6 * interior) + 0.75 * interior * temperate;
+                // Ridges are greener than the plains beside them: climates have ragged edges.
+                let terrain = f32::from(noise.terrain[texel][0]) / 32_767.0;
+                let arid = smooth(ramp(0.15, 0.85, arid - 0.17 * terrain));
                 texels.push([
                     youth,
-                    arid.clamp(0.0, 1.0),
+                    arid,
                     climate.latitude,
-                    climate.snow_m / 1000.0,
+                    (0.7 * terrain + 0.5 * wander).clamp(-1.0, 1.0),
                 ]);
             }
             if y % 8 == 0 {
@@ -380,5 +385,82 @@ fn values(surface: &Surface, sample: &Sample) -> OverlayValues {
         speed: surface.velocity[sample.nearest as usize].length(),
         orogeny: surface.orogeny[nearest as usize],
         orogeny_age: mean(&|v| surface.orogeny_age[v]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        simulation::{History, Recipe},
+        surface::Raster,
+    };
+    use bevy::tasks::block_on;
+    use std::time::Instant;
+
+    fn decode(bytes: &[u8]) -> f32 {
+        let bits = u16::from_le_bytes([bytes[0], bytes[1]]);
+        let (exponent, fraction) = (i32::from((bits >> 10) & 31), f32::from(bits & 1023));
+        let size = if exponent == 0 {
+            fraction * libm::exp2f(-24.0)
+        } else {
+            (1024.0 + fraction) * libm::exp2f((exponent - 25) as f32)
+        };
+        if bits & 0x8000 == 0 { size } else { -size }
+    }
+
+    #[test]
+    fn the_elevation_drawn_is_the_one_sampled() {
+        let mut history =
+            History::with_threads(Recipe::earth_like(5).with_sub_plates(500), 1).unwrap();
+        let surface = Arc::new(history.surface().unwrap());
+        let size = 32;
+        let grain = Arc::new(Grain::new(&surface, size));
+        let scene = Arc::new(Scene::new(surface.clone(), None));
+        let raster = Raster::new(&surface).unwrap();
+        let mut summits = 0;
+        for face in 0..6 {
+            let baked = block_on(scene.clone().face(grain.clone(), face));
+            for (i, texel) in (0..).zip(baked.relief.levels[0].chunks(8)) {
+                let place = direction(face, i % size as i32, i / size as i32, size);
+                let sampled = raster.sample(place).elevation;
+                let drawn = 1000.0 * decode(texel);
+                // Half precision, and the rounding of directions where the ground is steep.
+                assert!((sampled - drawn).abs() < 1.0 + 1e-3 * sampled.abs());
+                summits += i32::from(sampled > 300.0);
+            }
+        }
+        assert!(summits > 0);
+    }
+
+    #[test]
+    #[ignore = "a measurement"]
+    fn how_long_a_bake_takes() {
+        let recipe = Recipe::earth_like(5).with_sub_plates(40_000);
+        let mut history = History::with_threads(recipe, 1).unwrap();
+        let surface = Arc::new(history.surface().unwrap());
+        for size in [128, 512] {
+            let grain = Arc::new(Grain::new(&surface, size));
+            for what in ["with noise", "without"] {
+                let start = Instant::now();
+                let scene = Arc::new(Scene::new(surface.clone(), None));
+                for face in 0..6 {
+                    block_on(scene.clone().face(grain.clone(), face));
+                }
+                println!(
+                    "{size} {what}: {:.0} ms",
+                    start.elapsed().as_secs_f64() * 1e3
+                );
+            }
+            let start = Instant::now();
+            let scene = Arc::new(Scene::new(surface.clone(), paint(Overlay::Plates)));
+            for face in 0..6 {
+                block_on(scene.clone().face(grain.clone(), face));
+            }
+            println!(
+                "{size} overlay: {:.0} ms",
+                start.elapsed().as_secs_f64() * 1e3
+            );
+        }
     }
 }

@@ -1,12 +1,12 @@
 //! What is drawn of one planet: its textures, and the way of a snapshot into them.
 
 use super::{
-    PlanetRenderSettings,
+    Drawn, PlanetRenderSettings,
     bake::{self, Face, Scene, VELOCITY_SIZE},
     blend::Blend,
     cube,
     grain::Grain,
-    material::{PlanetMaterial, PlanetUniform},
+    material::{Lighting, PlanetMaterial, PlanetUniform},
     upload::{Ticket, Upload, Uploads},
 };
 use crate::{
@@ -24,7 +24,7 @@ use std::sync::Arc;
 /// Texels of the first, quick bake.
 const COARSE: u32 = 128;
 /// Shading of slopes in units of the exaggeration of heights: light shows relief that outlines do not.
-const SHADE: f32 = 2.2;
+const SHADE: f32 = 4.5;
 /// Ground that moves further between two snapshots than this, in radians, is not carried along.
 const FURTHEST: f64 = 0.25;
 /// What moves fast on a planet, in km/My.
@@ -105,6 +105,7 @@ impl Globe {
         let maps: [Maps; 3] = core::array::from_fn(|_| Maps::new(size, images));
         let [first, ..] = &maps;
         let material = materials.add(PlanetMaterial {
+            lighting: Lighting::default(),
             uniform: PlanetUniform::default(),
             relief_a: first.relief.clone(),
             relief_b: first.relief.clone(),
@@ -277,19 +278,29 @@ impl Globe {
     }
 
     /// Hands the present state to the GPU, if it has changed.
-    pub(super) fn show(&self, view: &PlanetView, materials: &mut Assets<PlanetMaterial>) {
+    pub(super) fn show(
+        &self,
+        view: &PlanetView,
+        lighting: Lighting,
+        materials: &mut Assets<PlanetMaterial>,
+    ) {
         let Some(before) = materials.get(&self.material) else {
             return;
         };
         let (a, b) = (&self.maps[self.blend.from], &self.maps[self.blend.to]);
         let uniform = self.uniform(view, &a.stamp, &b.stamp);
-        if before.uniform == uniform && before.relief_b == b.relief && before.relief_a == a.relief {
+        if before.uniform == uniform
+            && before.lighting == lighting
+            && before.relief_b == b.relief
+            && before.relief_a == a.relief
+        {
             return;
         }
         let Some(mut material) = materials.get_mut(&self.material) else {
             return;
         };
         material.uniform = uniform;
+        material.lighting = lighting;
         material.relief_a = a.relief.clone();
         material.relief_b = b.relief.clone();
         material.climate_a = a.climate.clone();
@@ -336,6 +347,20 @@ impl Globe {
             sea: if view.sea { level } else { -1000.0 },
             datum: if view.sea { level } else { 0.0 },
         }
+    }
+
+    /// What is seen, once something is.
+    pub(super) fn drawn(&self) -> Option<Drawn> {
+        let seen = self.maps[self.blend.to].stamp;
+        (seen.radius_km > 0.0).then(|| Drawn {
+            time_my: seen.time_my,
+            settled: self.blend.is_over()
+                && !self.stale
+                && self.warming.is_empty()
+                && self.job.is_none()
+                && self.baked.is_none()
+                && self.arriving.is_none(),
+        })
     }
 
     /// Radius that holds the highest mountains, in radii of the planet.

@@ -13,6 +13,7 @@ use bevy::{
 
 pub(super) fn plugin(app: &mut App) {
     load_shader_library!(app, "air.wgsl");
+    load_shader_library!(app, "light.wgsl");
     embedded_asset!(app, "planet.wgsl");
     embedded_asset!(app, "sky.wgsl");
     app.add_plugins((
@@ -23,7 +24,9 @@ pub(super) fn plugin(app: &mut App) {
 
 /// Land and sea of a planet between two snapshots, A and B.
 #[derive(Asset, AsBindGroup, TypePath, Debug, Clone)]
+#[bind_group_data(Lighting)]
 pub(super) struct PlanetMaterial {
+    pub lighting: Lighting,
     #[uniform(0)]
     pub uniform: PlanetUniform,
     #[texture(1, dimension = "cube")]
@@ -45,6 +48,21 @@ pub(super) struct PlanetMaterial {
     pub overlay_b: Option<Handle<Image>>,
     #[texture(10)]
     pub palette: Handle<Image>,
+}
+
+/// What lights a scene has beyond sunshine. Shaders are compiled for what is needed.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
+pub(super) struct Lighting {
+    /// Lights other than directional ones.
+    pub lamps: bool,
+    /// Directional lights that cast shadows.
+    pub shadows: bool,
+}
+
+impl From<&PlanetMaterial> for Lighting {
+    fn from(material: &PlanetMaterial) -> Self {
+        material.lighting
+    }
 }
 
 /// What changes from frame to frame. The order is that of `planet.wgsl`.
@@ -86,6 +104,23 @@ impl Material for PlanetMaterial {
 
     fn enable_shadows() -> bool {
         false
+    }
+
+    fn specialize(
+        _: &MaterialPipeline,
+        descriptor: &mut RenderPipelineDescriptor,
+        _: &MeshVertexBufferLayoutRef,
+        key: MaterialPipelineKey<Self>,
+    ) -> Result<(), SpecializedMeshPipelineError> {
+        if let Some(fragment) = &mut descriptor.fragment {
+            let Lighting { lamps, shadows } = key.bind_group_data;
+            for (needed, name) in [(lamps, "PLANET_LAMPS"), (shadows, "PLANET_SHADOWS")] {
+                if needed {
+                    fragment.shader_defs.push(name.into());
+                }
+            }
+        }
+        Ok(())
     }
 }
 

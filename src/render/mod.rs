@@ -47,7 +47,7 @@ use bevy::{
     transform::TransformSystems,
 };
 use globe::Globe;
-use material::{PlanetMaterial, SkyMaterial};
+use material::{Lighting, PlanetMaterial, SkyMaterial};
 use upload::Uploads;
 
 /// Draws every planet. Does nothing in an app without a renderer.
@@ -77,6 +77,17 @@ impl PlanetRenderSettings {
     }
 }
 
+/// What is seen of a planet, on its entity from the moment on which something is: for loading screens and
+/// for pictures. Written by [`PlanetRenderPlugin`] alone.
+#[derive(Component, Debug, Clone, Copy, PartialEq, Reflect)]
+#[reflect(Component)]
+pub struct Drawn {
+    /// Time of the surface that is seen, or that the picture blends towards, in My.
+    pub time_my: f64,
+    /// Whether the newest surface is seen in all its detail, and nothing blends.
+    pub settled: bool,
+}
+
 /// What [`PlanetRenderPlugin`] does in `PostUpdate`.
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum PlanetRenderSystems {
@@ -97,7 +108,8 @@ struct Shared {
 
 impl Plugin for PlanetRenderPlugin {
     fn build(&self, app: &mut App) {
-        app.register_type::<PlanetRenderSettings>()
+        app.register_type::<Drawn>()
+            .register_type::<PlanetRenderSettings>()
             .init_resource::<PlanetRenderSettings>();
         // Another plugin may have done so.
         let _ = app.try_register_required_components::<Planet, Visibility>();
@@ -172,23 +184,32 @@ fn appear(
 }
 
 type Tended = (
+    Entity,
     &'static Planet,
     Ref<'static, PlanetSurface>,
     &'static PlanetView,
     &'static mut Globe,
+    Option<&'static mut Drawn>,
 );
 
 /// Leads snapshots to the screen, and keeps the parts as large as the planet.
 fn tend(
+    mut commands: Commands,
     time: Option<Res<Time<Real>>>,
     mut images: ResMut<Assets<Image>>,
     mut materials: ResMut<Assets<PlanetMaterial>>,
     mut uploads: ResMut<Uploads>,
+    suns: Query<&DirectionalLight>,
+    lamps: Query<(), Or<(With<PointLight>, With<SpotLight>, With<RectLight>)>>,
     mut planets: Query<Tended>,
     mut parts: Query<(&mut Transform, &mut Visibility, &mut Aabb), Without<Planet>>,
 ) {
     let seconds = time.map_or(0.0, |time| time.delta_secs());
-    for (planet, surface, view, mut globe) in &mut planets {
+    let lighting = Lighting {
+        lamps: !lamps.is_empty(),
+        shadows: suns.iter().any(|sun| sun.shadow_maps_enabled),
+    };
+    for (entity, planet, surface, view, mut globe, drawn) in &mut planets {
         let globe = globe.bypass_change_detection();
         let overlay = view
             .overlay
@@ -201,7 +222,16 @@ fn tend(
             &mut images,
             &mut uploads,
         );
-        globe.show(view, &mut materials);
+        globe.show(view, lighting, &mut materials);
+        match (globe.drawn(), drawn) {
+            (Some(now), Some(mut drawn)) => {
+                drawn.set_if_neq(now);
+            }
+            (Some(now), None) => {
+                commands.entity(entity).try_insert(now);
+            }
+            (None, _) => {}
+        }
         let reach = globe.reach(view);
         for (part, scale, reach) in [(globe.body, 1.0, reach), (globe.sky, SKY, 1.0)] {
             let Ok((mut transform, mut visibility, mut bounds)) = parts.get_mut(part) else {
@@ -227,6 +257,6 @@ fn disappear(gone: On<Remove, Planet>, globes: Query<&Globe>, mut commands: Comm
         }
     }
     if let Ok(mut planet) = commands.get_entity(gone.entity) {
-        planet.try_remove::<Globe>();
+        planet.try_remove::<(Globe, Drawn)>();
     }
 }

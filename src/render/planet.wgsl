@@ -7,7 +7,7 @@
     pbr_types,
     pbr_functions,
 }
-#import bevy_tectonics::air
+#import bevy_tectonics::{air, light}
 
 struct Planet {
     drift: vec2<f32>,
@@ -84,7 +84,7 @@ fn vertex(in: Vertex) -> Point {
 struct Ground {
     // Elevation in km, slope in m per km.
     relief: vec4<f32>,
-    // Youth of mountains, aridity, latitude of the climate, snow line in km.
+    // Youth of mountains, aridity, latitude of the climate in degrees, variety from -1 to 1.
     climate: vec4<f32>,
     // Premultiplied.
     overlay: vec4<f32>,
@@ -120,6 +120,9 @@ fn ground(in: Point, level: f32) -> Ground {
     return out;
 }
 
+// The palette is what eyes expect of a picture; the ground itself is darker.
+const BRIGHTNESS: f32 = 0.85;
+
 // Rows of the palette.
 const LUSH: f32 = 0.0;
 const TEMPERATE: f32 = 1.0;
@@ -130,32 +133,45 @@ const ROCK: f32 = 5.0;
 const SEA: f32 = 6.0;
 const BED: f32 = 7.0;
 
+const ICE: vec3<f32> = vec3<f32>(0.80, 0.85, 0.90);
+const PACK_ICE: vec3<f32> = vec3<f32>(0.62, 0.69, 0.76);
+
 // A colour of the palette at a height or depth in km.
 fn colour(row: f32, height: f32) -> vec3<f32> {
     let column = sqrt(saturate(height / 8.0)) * 255.0 + 0.5;
     return textureSampleLevel(palette, smooth_sampler, vec2(column / 256.0, (row + 0.5) / 8.0), 0.0).rgb;
 }
 
-const ICE: vec3<f32> = vec3<f32>(0.80, 0.84, 0.88);
-
-// Belts of latitude are those of `Climate`.
+// Belts of latitude are those of `Climate`; variety makes their edges ragged.
 fn land_colour(height: f32, tilt: f32, climate: vec4<f32>) -> vec3<f32> {
     let youth = saturate(climate.x);
+    let arid = climate.y;
     let latitude = climate.z;
+    let variety = climate.w;
     // Old mountains are worn and grown over.
-    let bare = height * mix(0.62, 1.0, youth);
-    let lush = 1.0 - smoothstep(8.0, 24.0, latitude);
-    var ground = mix(colour(TEMPERATE, bare), colour(LUSH, bare), lush);
-    let boreal = smoothstep(44.0, 58.0, latitude);
-    if boreal > 0.0 {
-        let tundra = smoothstep(58.0, 68.0, latitude);
-        ground = mix(ground, mix(colour(BOREAL, bare), colour(TUNDRA, bare), tundra), boreal);
+    let bare = height * mix(0.6, 1.0, youth);
+    var ground: vec3<f32>;
+    if arid < 1.0 {
+        let lush = 1.0 - smoothstep(9.0, 25.0, latitude + 8.0 * variety);
+        ground = mix(colour(TEMPERATE, bare), colour(LUSH, bare), lush);
+        let boreal = smoothstep(44.0, 58.0, latitude + 4.0 * variety);
+        if boreal > 0.0 {
+            let tundra = smoothstep(60.0, 68.0, latitude + 5.0 * variety);
+            ground = mix(ground, mix(colour(BOREAL, bare), colour(TUNDRA, bare), tundra), boreal);
+        }
     }
-    ground = mix(ground, colour(ARID, bare), saturate(climate.y));
-    let rock = youth * smoothstep(0.5, 2.2, height) * (0.45 + 0.55 * smoothstep(0.1, 0.5, tilt));
-    ground = mix(ground, colour(ROCK, height), 0.85 * rock);
-    let snow = smoothstep(climate.w - 0.4, climate.w + 0.5, height - 0.5 * saturate(tilt));
-    let ice = smoothstep(68.0, 75.0, latitude);
+    if arid > 0.0 {
+        ground = mix(ground, colour(ARID, bare), arid);
+    }
+    ground *= 1.0 - 0.16 * variety;
+    let rock = youth * smoothstep(0.4, 2.0, height) * (0.5 + 0.5 * smoothstep(0.1, 0.5, tilt));
+    if rock > 0.0 {
+        ground = mix(ground, colour(ROCK, height), 0.85 * rock);
+    }
+    let cold = saturate((latitude - 25.0) / 47.0);
+    let line = 5.4 * (1.0 - cold * cold) - 0.2 * cold;
+    let snow = smoothstep(line - 0.7, line + 0.3, height - 0.5 * tilt);
+    let ice = smoothstep(69.0, 73.0, latitude + 4.0 * variety);
     return mix(ground, ICE, max(ice, 0.95 * snow));
 }
 
@@ -192,11 +208,11 @@ fn fragment(in: Point) -> @location(0) vec4<f32> {
         // The sea floor shimmers through.
         let sun = lights.directional_lights[0].direction_to_light;
         let lit = dot(relief_normal, sun) - dot(up, sun);
-        water *= 1.0 + clamp(0.9 * lit, -0.35, 0.5);
-        pack = smoothstep(75.0, 80.0, here.climate.z);
-        base += (1.0 - land) * mix(water, vec3(0.66, 0.72, 0.78), 0.9 * pack);
+        water *= 1.0 + clamp(2.0 * lit, -0.35, 0.6);
+        pack = smoothstep(75.0, 78.0, here.climate.z + 5.0 * here.climate.w);
+        base += (1.0 - land) * mix(water, PACK_ICE, 0.92 * pack);
     }
-    base = base * (1.0 - here.overlay.a) + here.overlay.rgb;
+    base = BRIGHTNESS * base * (1.0 - here.overlay.a) + here.overlay.rgb;
     let wet = (1.0 - land) * (1.0 - pack) * (1.0 - here.overlay.a);
 
     var pbr_input = pbr_types::pbr_input_new();
@@ -209,9 +225,17 @@ fn fragment(in: Point) -> @location(0) vec4<f32> {
     pbr_input.N = normalize(mix(up, relief_normal, max(land, 0.5 * here.overlay.a)));
     pbr_input.material.base_color = vec4(base, 1.0);
     pbr_input.material.metallic = 0.0;
-    pbr_input.material.perceptual_roughness = mix(0.95, 0.42, wet);
-    pbr_input.material.reflectance = vec3(mix(0.15, 0.36, wet));
+    pbr_input.material.perceptual_roughness = mix(0.95, light::WATER, wet);
+    pbr_input.material.reflectance = vec3(mix(0.1, 0.36, wet));
+    // Planets near a lamp are lit with all that Bevy has. The usual sun needs a fraction of that, and
+    // to software renderers even a branch not taken is dear.
+#ifdef PLANET_LAMPS
     var color = pbr_functions::apply_pbr_lighting(pbr_input);
+#else ifdef ENVIRONMENT_MAP
+    var color = pbr_functions::apply_pbr_lighting(pbr_input);
+#else
+    var color = vec4(view.exposure * light::lit(pbr_input, wet), 1.0);
+#endif
 
     // The air between here and the viewer.
     let way = air::slant(dot(up, pbr_input.V));

@@ -79,7 +79,7 @@ pub(crate) struct Climate {
     pub arid: f32,
     boreal: f32,
     /// Height above which snow lies, m.
-    pub snow_m: f32,
+    snow_m: f32,
     ice: f32,
     pack_ice: f32,
 }

@@ -1,5 +1,4 @@
 //! A game without a window, and what its tests need to watch planets.
-#![allow(dead_code, reason = "each test file uses its part")]
 
 use bevy::prelude::*;
 use bevy::time::TimeUpdateStrategy;

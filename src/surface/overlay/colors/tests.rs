@@ -128,9 +128,9 @@ fn legends_have_the_colours_of_their_values() {
                 speed: mean(a.speed, b.speed),
                 ..a
             });
-            for part in 0..3 {
-                let [a, b] = [ends[0].color[part], ends[1].color[part]].map(f32::from);
-                assert!((f32::from(middle[part]) - mean(a, b)).abs() <= 0.51);
+            for ((a, b), middle) in ends[0].color.into_iter().zip(ends[1].color).zip(middle) {
+                let expected = mean(f32::from(a), f32::from(b));
+                assert!((f32::from(middle) - expected).abs() <= 0.51);
             }
         }
     }

@@ -1,0 +1,199 @@
+//! Pictures of a planet, plain and with every overlay, against approved ones in `tests/pictures/`.
+//!
+//! They are drawn on whatever adapter there is, and compared under a tolerance. Where there is none, the
+//! test says so and passes, unless `BEVY_TECTONICS_REQUIRE_GPU` is set. `BEVY_TECTONICS_APPROVE=1` writes
+//! new pictures in place of comparing: look at each before you commit it.
+#![cfg(all(feature = "window", feature = "export"))]
+
+mod studio;
+
+use bevy::prelude::*;
+use bevy_tectonics::{prelude::*, render::PlanetRenderSettings};
+use std::{
+    env,
+    fs::{self, File},
+    io::{self, BufReader},
+    path::Path,
+};
+use studio::{Picture, Pose, Studio};
+
+const WIDTH: u32 = 640;
+const HEIGHT: u32 = 400;
+/// Mean difference of a channel that goes unnoticed, of 255.
+const MEAN: f64 = 1.5;
+/// A pixel differs if one of its channels does by more than this, of 255.
+const CHANNEL: u8 = 40;
+/// Share of the pixels that may differ: edges fall a pixel beside.
+const SHARE: f64 = 0.01;
+
+fn planet() -> Planet {
+    Planet::new(
+        Recipe::earth_like(12)
+            .with_sub_plates(4_000)
+            .with_duration(120.0),
+    )
+}
+
+/// Every picture: its name, how the planet is drawn, where it is seen from.
+fn scenes() -> Vec<(String, PlanetView, Pose)> {
+    let plain = PlanetView::default();
+    let pose = |latitude, longitude| Pose {
+        latitude,
+        longitude,
+        ..Pose::default()
+    };
+    let here = pose(15.0, 60.0);
+    let mut scenes = vec![
+        ("plain".to_owned(), plain.clone(), here),
+        (
+            "plain_far_side".to_owned(),
+            plain.clone(),
+            pose(10.0, -120.0),
+        ),
+        ("plain_pole".to_owned(), plain.clone(), pose(75.0, 0.0)),
+        (
+            "limb".to_owned(),
+            PlanetView {
+                exaggeration: 30.0,
+                ..plain.clone()
+            },
+            Pose {
+                distance: 1.7,
+                sun_east: -80.0,
+                ..here
+            },
+        ),
+        (
+            "without_sea".to_owned(),
+            PlanetView {
+                sea: false,
+                ..plain.clone()
+            },
+            here,
+        ),
+        (
+            "sea_200_m_higher".to_owned(),
+            PlanetView {
+                sea_level_m: 200.0,
+                ..plain.clone()
+            },
+            here,
+        ),
+    ];
+    for overlay in Overlay::ALL {
+        let view = match overlay {
+            Overlay::Boundaries => PlanetView {
+                boundaries: true,
+                ..plain.clone()
+            },
+            Overlay::Velocity => PlanetView {
+                velocities: true,
+                ..plain.clone()
+            },
+            fill => PlanetView {
+                overlay: Some(fill),
+                ..plain.clone()
+            },
+        };
+        scenes.push((format!("{overlay:?}").to_lowercase(), view, here));
+    }
+    scenes
+}
+
+/// Reads a picture that the studio has written.
+fn load(path: &Path) -> io::Result<Picture> {
+    let mut reader = png::Decoder::new(BufReader::new(File::open(path)?)).read_info()?;
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap_or(0)];
+    let info = reader.next_frame(&mut pixels)?;
+    Ok(Picture {
+        width: info.width,
+        height: info.height,
+        pixels,
+    })
+}
+
+/// Says how two pictures differ, if they do so noticeably.
+fn difference(one: &Picture, other: &Picture) -> Option<String> {
+    if (one.width, one.height) != (other.width, other.height) {
+        return Some(format!(
+            "{} × {} in place of {} × {}",
+            one.width, one.height, other.width, other.height
+        ));
+    }
+    let gaps = || {
+        one.pixels
+            .iter()
+            .zip(&other.pixels)
+            .map(|(a, b)| a.abs_diff(*b))
+    };
+    let mean = gaps().map(f64::from).sum::<f64>() / one.pixels.len() as f64;
+    let gaps: Vec<u8> = gaps().collect();
+    let differing = gaps
+        .chunks(3)
+        .filter(|pixel| pixel.iter().any(|gap| *gap > CHANNEL))
+        .count();
+    let share = differing as f64 / (one.width * one.height) as f64;
+    (mean > MEAN || share > SHARE).then(|| {
+        format!(
+            "mean difference {mean:.2} of 255, {:.2} % of the pixels differ",
+            100.0 * share
+        )
+    })
+}
+
+#[test]
+fn comparison_notices_what_people_notice() {
+    let grey = |level: u8| Picture {
+        width: 20,
+        height: 10,
+        pixels: vec![level; 600],
+    };
+    assert_eq!(difference(&grey(100), &grey(101)), None);
+    assert!(difference(&grey(100), &grey(103)).is_some());
+    let mut spot = grey(100);
+    spot.pixels[..9].fill(200);
+    assert!(
+        difference(&grey(100), &spot).is_some(),
+        "1.5 % of the pixels"
+    );
+}
+
+#[test]
+fn planets_look_as_they_were_approved() {
+    let Some(mut studio) = Studio::new(WIDTH, HEIGHT, planet()) else {
+        assert!(
+            env::var_os("BEVY_TECTONICS_REQUIRE_GPU").is_none(),
+            "there is no adapter to draw with"
+        );
+        println!("skipped: there is no adapter to draw with");
+        return;
+    };
+    studio.settings(PlanetRenderSettings { face: 256 });
+    let approved = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/pictures");
+    let drawn = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pictures");
+    fs::create_dir_all(&drawn).unwrap();
+    let approve = env::var_os("BEVY_TECTONICS_APPROVE").is_some();
+    let mut complaints = Vec::new();
+    for (name, view, pose) in scenes() {
+        *studio.view() = view;
+        studio.pose(pose);
+        let picture = studio.shoot().unwrap();
+        let file = format!("{name}.png");
+        picture.save(&drawn.join(&file)).unwrap();
+        if approve {
+            picture.save(&approved.join(&file)).unwrap();
+            continue;
+        }
+        match load(&approved.join(&file)) {
+            Ok(expected) => complaints
+                .extend(difference(&picture, &expected).map(|how| format!("{name}: {how}"))),
+            Err(error) => complaints.push(format!("{name}: {error}")),
+        }
+    }
+    assert!(
+        complaints.is_empty(),
+        "pictures changed; the new ones lie in {}:\n{}",
+        drawn.display(),
+        complaints.join("\n")
+    );
+}
