@@ -111,8 +111,21 @@ fn on_screen(arguments: &Arguments) -> AppExit {
         TectonicsPlugins,
         PanOrbitCameraPlugin,
     ));
+    app.add_systems(Update, keys.in_set(Keys));
     #[cfg(feature = "editor")]
-    app.add_plugins(bevy_tectonics::editor::EditorPlugin);
+    {
+        use bevy_panorbit_camera::PanOrbitCameraSystemSet;
+        use bevy_tectonics::editor::{
+            EditorPlugin, egui_wants_any_keyboard_input, egui_wants_any_pointer_input,
+        };
+        // What is typed or dragged in the panel is not for the game.
+        app.add_plugins(EditorPlugin)
+            .configure_sets(
+                PostUpdate,
+                PanOrbitCameraSystemSet.run_if(not(egui_wants_any_pointer_input)),
+            )
+            .configure_sets(Update, Keys.run_if(not(egui_wants_any_keyboard_input)));
+    }
     #[cfg(not(feature = "editor"))]
     info!("`--features editor` adds the control panel");
     info!(
@@ -139,10 +152,13 @@ fn on_screen(arguments: &Arguments) -> AppExit {
                 Transform::from_xyz(-2.0, 1.5, 3.0).looking_at(Vec3::ZERO, Vec3::Y),
             ));
         })
-        .add_systems(Update, keys)
         .add_observer(|failed: On<GrowthFailed>| error!("{}", failed.failure))
         .run()
 }
+
+/// What listens to the keyboard.
+#[derive(SystemSet, Debug, Clone, PartialEq, Eq, Hash)]
+struct Keys;
 
 fn keys(keys: Res<ButtonInput<KeyCode>>, mut planets: Query<(&mut Planet, &mut PlanetView)>) {
     const OVERLAYS: [(KeyCode, Option<Overlay>); 8] = [

@@ -38,6 +38,7 @@ pub(super) fn show(ui: &mut Ui, record: &Record) {
             ),
         ] {
             ui.vertical(|ui| {
+                ui.set_max_width(half);
                 look::caption_with(ui, title, lines);
                 draw(ui, record, half);
             });
@@ -83,12 +84,28 @@ fn axis<'a>(axis: Axis, unit: &'static str, apart: f32) -> Vec<AxisHints<'a>> {
     ]
 }
 
+/// A step of 1, 2 or 5 tens, hundreds, … that parts a range into so many pieces or fewer.
+fn round_step((from, to): (f64, f64), pieces: f64) -> f64 {
+    let least = (to - from) / pieces;
+    let mut step = 1.0;
+    while step < least && step < 1e9 {
+        for factor in [2.0, 2.5, 2.0] {
+            if step < least {
+                step *= factor;
+            }
+        }
+    }
+    step
+}
+
 /// Marks at all multiples of a step.
 fn every<'a>(step: f64) -> impl Fn(GridInput) -> Vec<GridMark> + 'a {
     move |input| {
         let (from, to) = input.bounds;
         let marks = (from / step).ceil() as i32..=(to / step).floor() as i32;
+        // Whatever the figures are, a chart has room for few.
         marks
+            .take(64)
             .map(|i| GridMark {
                 value: step * f64::from(i),
                 step_size: step,
@@ -151,7 +168,7 @@ fn bins(ui: &mut Ui, record: &Record, width: f32) {
         [[0.5 * share, low], [0.5 * share, low + 1.0]]
     });
     let earth = Line::new("Earth", steps.collect::<PlotPoints<'_>>()).stroke(earth());
-    heights("bins", width, 5.0)
+    heights("bins", width, 10.0)
         .include_x(16.0)
         .show(ui, |plot| {
             plot.bar_chart(bars);
@@ -171,7 +188,8 @@ fn above(ui: &mut Ui, record: &Record, width: f32) {
     let earth = Line::new("Earth", PlotPoints::new(steps)).stroke(earth());
     let here = Line::new("Here", &record.above[..]).stroke(Stroke::new(2.0, ACCENT));
     heights("above", width, 25.0)
-        .include_x(100.0)
+        // Room for half of the last label.
+        .include_x(107.0)
         .show_axes(Vec2b::new(true, false))
         .show(ui, |plot| {
             plot.line(earth.allow_hover(false));
@@ -186,7 +204,8 @@ fn over_time<'a>(id: &'static str, unit: &'static str) -> Plot<'a> {
         .include_y(0.0)
         .custom_x_axes(axis(Axis::X, " My", 48.0))
         .custom_y_axes(axis(Axis::Y, "", 12.0))
-        .grid_spacing(20.0..=80.0)
+        .x_grid_spacer(|input| every(round_step(input.bounds, 4.0))(input))
+        .y_grid_spacer(|input| every(round_step(input.bounds, 3.0))(input))
         .label_formatter(move |position| {
             let point = point(position);
             Some(format!("{:.0} My: {:.1} {unit}", point.x, point.y))
@@ -205,4 +224,19 @@ fn speeds(ui: &mut Ui, record: &Record) {
 fn plates(ui: &mut Ui, record: &Record) {
     let line = Line::new("plates", &record.plates[..]).stroke(Stroke::new(1.6, FAINT));
     over_time("plates", "plates").show(ui, |plot| plot.line(line));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_are_round() {
+        assert_eq!(round_step((0.0, 2.0), 4.0), 1.0);
+        assert_eq!(round_step((0.0, 60.0), 3.0), 20.0);
+        assert_eq!(round_step((0.0, 250.0), 4.0), 100.0);
+        assert_eq!(round_step((-100.0, 9900.0), 4.0), 5000.0);
+        assert_eq!(round_step((0.0, f64::INFINITY), 4.0), 1e9);
+        assert_eq!(round_step((f64::NAN, 1.0), 4.0), 1.0);
+    }
 }

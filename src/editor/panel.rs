@@ -157,7 +157,8 @@ impl Panel<'_, '_> {
 
     fn contents(&mut self, ui: &mut Ui, editor: &mut Editor) {
         let mut entities: Vec<Entity> = self.planets.iter().map(|planet| planet.0).collect();
-        entities.sort_unstable();
+        // As they were spawned: entities themselves are in no order that people know.
+        entities.sort_unstable_by_key(|entity| (entity.index_u32(), entity.to_bits()));
         let chosen = editor.planet.filter(|planet| entities.contains(planet));
         let chosen = chosen.or(entities.first().copied());
         ui.horizontal(|ui| {

@@ -116,6 +116,7 @@ fn no_planets_one_planet_three_planets() {
             let output = draw(&mut app, &context, Vec::new());
             assert_eq!(shows(&output, "There is no planet."), count == 0);
             assert_eq!(shows(&output, "Planet 1"), count > 0);
+            assert!(!shows(&output, "Planet 2") && !shows(&output, "Planet 3"));
         }
         for side in [EditorSide::Right, EditorSide::Left] {
             for folded in [true, false] {
