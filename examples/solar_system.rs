@@ -45,11 +45,11 @@ fn setup(
         Name::new("Sun"),
         Mesh3d(meshes.add(Sphere::new(0.8).mesh().ico(5).unwrap())),
         MeshMaterial3d(materials.add(StandardMaterial {
-            emissive: LinearRgba::rgb(40.0, 30.0, 16.0),
+            emissive: LinearRgba::rgb(9.0, 6.5, 3.0),
             ..default()
         })),
         PointLight {
-            intensity: 60_000_000.0,
+            intensity: 12_000_000.0,
             range: 100.0,
             ..default()
         },

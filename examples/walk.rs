@@ -2,11 +2,10 @@
 //!
 //! `cargo run --release --example walk`
 //!
-//! Arrow keys walk, the mouse looks around, P lets the continents rest.
+//! Arrow keys walk, P lets the continents rest.
 
 use bevy::math::DVec3;
 use bevy::prelude::*;
-use bevy_panorbit_camera::{PanOrbitCamera, PanOrbitCameraPlugin};
 use bevy_tectonics::{planet::to_scene, prelude::*};
 
 /// Radius of the planet in units of the game's world.
@@ -18,7 +17,8 @@ const STRIDE: f32 = 0.12;
 
 fn main() -> AppExit {
     App::new()
-        .add_plugins((DefaultPlugins, TectonicsPlugins, PanOrbitCameraPlugin))
+        .add_plugins((DefaultPlugins, TectonicsPlugins))
+        .insert_resource(ClearColor(Color::BLACK))
         .add_systems(Startup, setup)
         .add_systems(Update, (pause, walk, stand, look).chain())
         .add_observer(build_houses)
@@ -49,18 +49,14 @@ fn setup(mut commands: Commands) {
             .with_radius(RADIUS)
             .with_pace(Pace::MyPerSecond(4.0)),
     );
+    // The sun comes along: the walker lives in an eternal morning.
     commands.spawn((
-        PanOrbitCamera {
-            radius: Some(6.0),
-            pitch: Some(0.7),
-            zoom_upper_limit: Some(4.0 * RADIUS),
-            ..default()
-        },
-        Transform::default(),
-    ));
-    commands.spawn((
-        DirectionalLight::default(),
-        Transform::from_xyz(-2.0, 1.5, 3.0).looking_at(Vec3::ZERO, Vec3::Y),
+        Camera3d::default(),
+        Transform::from_xyz(0.0, 0.0, 3.0 * RADIUS),
+        children![(
+            DirectionalLight::default(),
+            Transform::from_xyz(-3.0, 3.0, 1.0).looking_at(Vec3::ZERO, Vec3::Y),
+        )],
     ));
 }
 
@@ -86,7 +82,7 @@ fn build_houses(
             time_my: surface.time_my,
         })
     };
-    let house = meshes.add(Cuboid::new(0.07, 0.09, 0.07));
+    let house = meshes.add(Cuboid::new(0.12, 0.14, 0.12));
     let walls = materials.add(Color::srgb(0.95, 0.90, 0.80));
     for place in coasts.iter().step_by((coasts.len() / HOUSES).max(1)) {
         if let Some(ground) = ground(*place) {
@@ -106,7 +102,7 @@ fn build_houses(
             },
             ground,
             ChildOf(changed.entity),
-            Mesh3d(meshes.add(Capsule3d::new(0.05, 0.14))),
+            Mesh3d(meshes.add(Capsule3d::new(0.08, 0.2))),
             MeshMaterial3d(materials.add(Color::srgb(0.85, 0.15, 0.10))),
         ));
     }
@@ -182,13 +178,22 @@ fn stand(planets: Planets, mut things: Query<(&Ground, &ChildOf, &mut Transform)
     }
 }
 
-/// The camera keeps the walker in its middle.
-fn look(walkers: Query<&Transform, With<Walker>>, mut cameras: Query<&mut PanOrbitCamera>) {
-    let Ok(walker) = walkers.single() else {
+/// The camera follows the walker, from above and behind.
+fn look(
+    time: Res<Time>,
+    walkers: Query<(&Walker, &Ground, &Transform)>,
+    mut cameras: Query<&mut Transform, (With<Camera3d>, Without<Walker>)>,
+) {
+    let Ok((walker, ground, place)) = walkers.single() else {
         return;
     };
+    let up = *ground.direction;
+    let from = place.translation + 3.0 * up - 5.0 * walker.heading;
+    // The planet lies at the origin of the world, so its space is the world's.
+    let aim = Transform::from_translation(from).looking_at(place.translation, up);
     for mut camera in &mut cameras {
-        camera.target_focus = walker.translation;
-        camera.force_update = true;
+        let share = (3.0 * time.delta_secs()).min(1.0);
+        camera.translation = camera.translation.lerp(aim.translation, share);
+        camera.rotation = camera.rotation.slerp(aim.rotation, share);
     }
 }
