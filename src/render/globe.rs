@@ -2,11 +2,12 @@
 
 use super::{
     PlanetRenderSettings,
-    bake::{self, Face, Scene, VELOCITY_SIZE},
+    bake::{Face, Scene, VELOCITY_SIZE},
     blend::Blend,
     cube,
     grain::Grain,
     material::{Lighting, PlanetMaterial, PlanetUniform},
+    paint::paint,
     upload::{Ticket, Upload, Uploads},
 };
 use crate::{
@@ -49,6 +50,8 @@ pub(super) struct Globe {
     arriving: Option<(Stamp, Ticket)>,
     /// Whether the newest snapshot waits to be baked.
     stale: bool,
+    /// Whether a blend has begun whose end nobody has heard of.
+    unsettled: bool,
     overlay: Option<Overlay>,
 }
 
@@ -131,6 +134,7 @@ impl Globe {
             baked: None,
             arriving: None,
             stale: true,
+            unsettled: false,
             overlay: None,
         };
         globe.warm();
@@ -185,7 +189,7 @@ impl Globe {
         } else {
             &self.coarse
         };
-        let paint = self.overlay.and_then(bake::paint);
+        let paint = self.overlay.and_then(paint);
         let stamp = Stamp {
             seed: surface.seed,
             radius_km: surface.radius_km,
@@ -271,10 +275,20 @@ impl Globe {
         self.maps[self.blend.spare].stamp = stamp;
         self.blend.arrived();
         self.blend.turn();
+        self.unsettled = true;
         if first {
             self.blend.finish();
         }
         true
+    }
+
+    /// Time of a surface that has just become the only one to be seen, and whether it is drawn as
+    /// finely as it will be.
+    pub(super) fn settled(&mut self) -> Option<(f64, bool)> {
+        let settled = self.unsettled && self.blend.is_over();
+        self.unsettled &= !settled;
+        let stamp = &self.maps[self.blend.to].stamp;
+        settled.then_some((stamp.time_my, stamp.level == 0))
     }
 
     /// Hands the present state to the GPU, if it has changed.

@@ -21,12 +21,14 @@ mod bake;
 mod blend;
 mod boundaries;
 mod chain;
+mod climate;
 mod cube;
 mod drape;
 mod globe;
 mod grain;
 mod lines;
 mod material;
+mod paint;
 mod palette;
 mod sphere;
 mod upload;
@@ -75,6 +77,17 @@ impl PlanetRenderSettings {
     fn texels(&self) -> u32 {
         self.face.clamp(64, 2048).next_power_of_two()
     }
+}
+
+/// A surface has replaced the one before on screen. Triggered on the planet's entity.
+#[derive(EntityEvent, Debug, Clone, Copy, PartialEq)]
+pub struct SurfaceDrawn {
+    /// The planet.
+    pub entity: Entity,
+    /// Time of the surface in My.
+    pub time_my: f64,
+    /// Whether it is drawn as finely as it will be; a planet's first surfaces are drawn coarsely.
+    pub finest: bool,
 }
 
 /// What [`PlanetRenderPlugin`] does in `PostUpdate`.
@@ -149,29 +162,37 @@ fn appear(
             &mut images,
             &mut materials,
         );
-        let part = (
-            Mesh3d(shared.sphere.clone()),
-            Visibility::Hidden,
-            NotShadowCaster,
-            NoAutoAabb,
-            Aabb::from_min_max(Vec3::NEG_ONE, Vec3::ONE),
-            ChildOf(entity),
-        );
-        globe.body = commands
-            .spawn((Name::new("Ground"), MeshMaterial3d(material), part.clone()))
-            .id();
-        globe.sky = commands
-            .spawn((Name::new("Air"), MeshMaterial3d(shared.sky.clone()), part))
-            .id();
-        let mut planet = commands.entity(entity);
-        planet.insert(globe);
-        if !visible {
-            planet.insert(Visibility::default());
-        }
+        let shared = (shared.sphere.clone(), shared.sky.clone());
+        // All or nothing: the planet may be gone by then.
+        commands.queue(move |world: &mut World| {
+            if world.get_entity(entity).is_err() {
+                return;
+            }
+            let (sphere, sky) = shared;
+            let part = (
+                Mesh3d(sphere),
+                Visibility::Hidden,
+                NotShadowCaster,
+                NoAutoAabb,
+                Aabb::from_min_max(Vec3::NEG_ONE, Vec3::ONE),
+                ChildOf(entity),
+            );
+            let ground = (Name::new("Ground"), MeshMaterial3d(material), part.clone());
+            globe.body = world.spawn(ground).id();
+            globe.sky = world
+                .spawn((Name::new("Air"), MeshMaterial3d(sky), part))
+                .id();
+            let mut planet = world.entity_mut(entity);
+            planet.insert(globe);
+            if !visible {
+                planet.insert(Visibility::default());
+            }
+        });
     }
 }
 
 type Tended = (
+    Entity,
     &'static Planet,
     Ref<'static, PlanetSurface>,
     &'static PlanetView,
@@ -180,6 +201,7 @@ type Tended = (
 
 /// Leads snapshots to the screen, and keeps the parts as large as the planet.
 fn tend(
+    mut commands: Commands,
     time: Option<Res<Time<Real>>>,
     mut images: ResMut<Assets<Image>>,
     mut materials: ResMut<Assets<PlanetMaterial>>,
@@ -194,7 +216,7 @@ fn tend(
         lamps: !lamps.is_empty(),
         shadows: suns.iter().any(|sun| sun.shadow_maps_enabled),
     };
-    for (planet, surface, view, mut globe) in &mut planets {
+    for (entity, planet, surface, view, mut globe) in &mut planets {
         let globe = globe.bypass_change_detection();
         let overlay = view
             .overlay
@@ -207,6 +229,13 @@ fn tend(
             &mut images,
             &mut uploads,
         );
+        if let Some((time_my, finest)) = globe.settled() {
+            commands.trigger(SurfaceDrawn {
+                entity,
+                time_my,
+                finest,
+            });
+        }
         globe.show(view, lighting, &mut materials);
         let reach = globe.reach(view);
         for (part, scale, reach) in [(globe.body, 1.0, reach), (globe.sky, SKY, 1.0)] {
