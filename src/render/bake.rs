@@ -1,46 +1,27 @@
 //! From a snapshot to cube maps, on background tasks: one per face.
 
 use super::{
+    climate::{climate, interior},
     cube::{self, Levels},
     grain::{FaceGrain, Grain, direction},
-    walk::Walk,
+    paint::{Paint, Sample},
+    walk::{Walk, mean},
 };
 use crate::{
     planet::to_scene,
     simulation::{Crust, Surface},
     surface::{
-        Overlay, OverlayValues, Pixel,
-        ground::{Corner, Ground, ramp, smooth},
-        tint::Climate,
+        Pixel,
+        ground::{Corner, Ground},
     },
 };
-use bevy::{
-    math::{DVec3, Vec3},
-    tasks::futures_lite::future,
-};
+use bevy::{math::DVec3, tasks::futures_lite::future};
 use std::sync::{Arc, OnceLock};
 
 /// Texels along an edge of the map of velocities.
 pub(super) const VELOCITY_SIZE: u32 = 64;
 /// Terrain in the shading beyond what the elevation has, as a share of the height.
 const FLOURISH: f32 = 0.10;
-/// Distance from the sea over which climates turn dry, in km.
-const INTERIOR_KM: (f32, f32) = (300.0, 1500.0);
-
-/// Everything about one place that an overlay may want to know.
-pub(crate) struct Sample {
-    /// The sub-plates around it.
-    pub vertices: [u32; 3],
-    /// Their weights; the sum is 1.
-    pub weights: [f64; 3],
-    /// The sub-plate whose plate it belongs to.
-    pub nearest: u32,
-    /// The planet there, as [`Raster`](crate::surface::Raster) samples it.
-    pub pixel: Pixel,
-}
-
-/// Colours a place: sRGB and opacity.
-pub(super) type Paint = Arc<dyn Fn(&Surface, &Sample) -> [u8; 4] + Send + Sync>;
 
 /// A snapshot with what the bakes of its faces share.
 pub(super) struct Scene {
@@ -156,32 +137,14 @@ impl Scene {
                 if x == 0 {
                     start = walk;
                 }
-                let mean = |value: &dyn Fn(usize) -> f32| -> f32 {
-                    vertices
-                        .iter()
-                        .zip(weights)
-                        .map(|(&vertex, weight)| weight as f32 * value(vertex as usize))
-                        .sum()
-                };
-                let youth = mean(&|v| prepared.corners[v].youth);
-                let interior = mean(&|v| prepared.interior[v]);
+                let youth = mean(vertices, weights, |v| prepared.corners[v].youth);
+                let interior = mean(vertices, weights, |v| prepared.interior[v]);
                 let place = direction(face, x as i32, y as i32, size);
                 let latitude = libm::asin(place.z.clamp(-1.0, 1.0)).to_degrees() as f32;
                 let wander = noise.wander[y * size as usize + x];
-                let climate = Climate::at(latitude, wander);
-                // Far inland it is dry outside the tropics too, and coasts of the dry belts are less so.
-                let temperate = smooth(ramp(8.0, 22.0, climate.latitude))
-                    * (1.0 - smooth(ramp(40.0, 56.0, climate.latitude)));
-                let arid = climate.arid * (0.62 + 0.6 * interior) + 0.75 * interior * temperate;
-                // Ridges are greener than the plains beside them: climates have ragged edges.
                 let terrain = f32::from(noise.terrain[texel][0]) / 32_767.0;
-                let arid = smooth(ramp(0.15, 0.85, arid - 0.17 * terrain));
-                texels.push([
-                    youth,
-                    arid,
-                    climate.latitude,
-                    (0.7 * terrain + 0.5 * wander).clamp(-1.0, 1.0),
-                ]);
+                let [arid, latitude, variety] = climate(latitude, interior, wander, terrain);
+                texels.push([youth, arid, latitude, variety]);
             }
             if y % 8 == 0 {
                 future::yield_now().await;
@@ -197,11 +160,7 @@ impl Scene {
             .map(|i| {
                 let place = direction(face, (i % size) as i32, (i / size) as i32, size);
                 let (vertices, weights) = walk.locate(place);
-                let velocity = vertices
-                    .iter()
-                    .zip(weights)
-                    .map(|(&vertex, weight)| self.surface.velocity[vertex as usize] * weight as f32)
-                    .sum::<Vec3>();
+                let velocity = mean(vertices, weights, |v| self.surface.velocity[v]);
                 to_scene(velocity.as_dvec3()).extend(0.0).to_array()
             })
             .collect();
@@ -220,14 +179,15 @@ impl Scene {
         let size = grain.size();
         let row = size as usize + 2;
         let mut texels = Vec::with_capacity((size * size) as usize);
+        let plates = grain.plates(noise, face).await;
         let (mut start, mut first) = (Walk::new(&surface.mesh), 0);
         for y in 0..size as usize {
             let (mut walk, mut nearest) = (start, first);
             for x in 0..size as usize {
                 let texel = (y + 1) * row + x + 1;
                 let (vertices, weights) = walk.locate(unit(&noise.coast[texel]));
-                let place = direction(face, x as i32, y as i32, size);
-                nearest = surface.mesh.nearest(grain.texture().plates(place), nearest);
+                let plate = unit(&plates[y * size as usize + x]);
+                nearest = surface.mesh.nearest(plate, nearest);
                 if x == 0 {
                     (start, first) = (walk, nearest);
                 }
@@ -298,102 +258,12 @@ fn relief(
     texels
 }
 
-/// How far each sub-plate lies inland, 0 to 1.
-fn interior(surface: &Surface) -> Vec<f32> {
-    let mesh = &surface.mesh;
-    let spacing = surface.spacing_km() as f32;
-    let mut steps = vec![u16::MAX; mesh.vertex_count()];
-    let mut front: Vec<u32> = (0..mesh.vertex_count() as u32)
-        .filter(|&vertex| surface.elevation[vertex as usize] < 0.0)
-        .collect();
-    for &vertex in &front {
-        steps[vertex as usize] = 0;
-    }
-    let mut distance = 0_u16;
-    while !front.is_empty() && distance < u16::MAX - 1 {
-        distance += 1;
-        let mut next = Vec::new();
-        for &vertex in &front {
-            for neighbour in mesh.neighbours(vertex) {
-                if steps[neighbour as usize] == u16::MAX {
-                    steps[neighbour as usize] = distance;
-                    next.push(neighbour);
-                }
-            }
-        }
-        front = next;
-    }
-    // A step of the front leads a little less far than the spacing.
-    let inland = |steps: u16| {
-        ramp(
-            INTERIOR_KM.0,
-            INTERIOR_KM.1,
-            0.9 * spacing * f32::from(steps),
-        )
-    };
-    let mut interior: Vec<f32> = steps
-        .into_iter()
-        .map(|steps| smooth(inland(steps)))
-        .collect();
-    for _ in 0..4 {
-        interior = (0..mesh.vertex_count() as u32)
-            .map(|vertex| {
-                let (mut sum, mut count) = (interior[vertex as usize], 1.0);
-                for neighbour in mesh.neighbours(vertex) {
-                    sum += interior[neighbour as usize];
-                    count += 1.0;
-                }
-                sum / count
-            })
-            .collect();
-    }
-    interior
-}
-
-/// Colours of an overlay that fills the planet; none for those that are drawn as lines or arrows.
-pub(super) fn paint(overlay: Overlay) -> Option<Paint> {
-    match overlay {
-        Overlay::Boundaries | Overlay::Velocity => None,
-        _ => Some(Arc::new(move |surface, sample| {
-            overlay.color(&values(surface, sample))
-        })),
-    }
-}
-
-/// What overlays want to know. Kinds are those of the nearest sub-plate: there is nothing between two.
-fn values(surface: &Surface, sample: &Sample) -> OverlayValues {
-    let mean = |column: &dyn Fn(usize) -> f32| -> f32 {
-        sample
-            .vertices
-            .into_iter()
-            .zip(sample.weights)
-            .map(|(vertex, weight)| weight as f32 * column(vertex as usize))
-            .sum()
-    };
-    let (mut nearest, mut most) = (sample.vertices[0], 0.0);
-    for (vertex, weight) in sample.vertices.into_iter().zip(sample.weights) {
-        if weight > most {
-            (nearest, most) = (vertex, weight);
-        }
-    }
-    OverlayValues {
-        elevation: sample.pixel.elevation,
-        crust: sample.pixel.crust,
-        age: sample.pixel.age,
-        plate: sample.pixel.plate,
-        thickness: mean(&|v| surface.thickness[v]),
-        speed: surface.velocity[sample.nearest as usize].length(),
-        orogeny: surface.orogeny[nearest as usize],
-        orogeny_age: mean(&|v| surface.orogeny_age[v]),
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{super::paint::paint, *};
     use crate::{
         simulation::{History, Recipe},
-        surface::Raster,
+        surface::{Overlay, Raster},
     };
     use bevy::tasks::block_on;
     use std::time::Instant;

@@ -2,11 +2,12 @@
 
 use super::{
     Drawn, PlanetRenderSettings,
-    bake::{self, Face, Scene, VELOCITY_SIZE},
+    bake::{Face, Scene, VELOCITY_SIZE},
     blend::Blend,
     cube,
     grain::Grain,
     material::{Lighting, PlanetMaterial, PlanetUniform},
+    paint::paint,
     upload::{Ticket, Upload, Uploads},
 };
 use crate::{
@@ -185,7 +186,7 @@ impl Globe {
         } else {
             &self.coarse
         };
-        let paint = self.overlay.and_then(bake::paint);
+        let paint = self.overlay.and_then(paint);
         let stamp = Stamp {
             seed: surface.seed,
             radius_km: surface.radius_km,

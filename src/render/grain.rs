@@ -32,6 +32,8 @@ pub(super) struct FaceGrain {
     pub terrain: Vec<[i16; 2]>,
     /// Bend of the climate on a map half as fine, without border.
     pub wander: Vec<f32>,
+    /// Where to look up plates, without border; only overlays ask.
+    plates: OnceLock<Vec<[f32; 3]>>,
 }
 
 impl Grain {
@@ -51,10 +53,6 @@ impl Grain {
 
     pub(super) fn size(&self) -> u32 {
         self.size
-    }
-
-    pub(super) fn texture(&self) -> &Texture {
-        &self.texture
     }
 
     /// Whether this is the noise of `surface`. The number of sub-plates varies a little in the course
@@ -83,6 +81,23 @@ impl Grain {
         slot.get_or_init(|| grain)
     }
 
+    /// Where to look up the plates of a face, computed when first asked for.
+    pub(super) async fn plates<'a>(&self, noise: &'a FaceGrain, face: usize) -> &'a [[f32; 3]] {
+        if let Some(plates) = noise.plates.get() {
+            return plates;
+        }
+        let size = self.size;
+        let mut plates = Vec::with_capacity((size * size) as usize);
+        for y in 0..size as i32 {
+            for x in 0..size as i32 {
+                let place = self.texture.plates(direction(face, x, y, size));
+                plates.push(place.as_vec3().to_array());
+            }
+            future::yield_now().await;
+        }
+        noise.plates.get_or_init(|| plates)
+    }
+
     async fn compute(&self, face: usize) -> FaceGrain {
         let size = self.size;
         let border = size as i32;
@@ -91,6 +106,7 @@ impl Grain {
             coast: Vec::with_capacity(texels),
             terrain: Vec::with_capacity(texels),
             wander: Vec::with_capacity(texels / 4),
+            plates: OnceLock::new(),
         };
         for y in -1..=border {
             for x in -1..=border {

@@ -13,7 +13,7 @@
 #endif
 
 // Roughness of the sea as Bevy counts it: waves spread the sun's reflection.
-const WATER: f32 = 0.44;
+const WATER: f32 = 0.40;
 const FRAC_1_PI: f32 = 0.31830989;
 
 // How much of the light from a direction the sea reflects to the viewer.
@@ -43,7 +43,7 @@ fn lit(in: PbrInput, wet: f32) -> vec3<f32> {
         }
         var share = FRAC_1_PI * base;
         if wet > 0.0 {
-            share += wet * glint(in.N, in.V, to_light);
+            share += 0.55 * wet * glint(in.N, in.V, to_light);
         }
         // Slopes do not catch light in the planet's own shadow.
         var shadow = smoothstep(-0.06, 0.06, dot(in.world_normal, to_light));

@@ -13,6 +13,7 @@ use bevy::{
 
 pub(super) fn plugin(app: &mut App) {
     load_shader_library!(app, "air.wgsl");
+    load_shader_library!(app, "detail.wgsl");
     load_shader_library!(app, "light.wgsl");
     embedded_asset!(app, "planet.wgsl");
     embedded_asset!(app, "sky.wgsl");

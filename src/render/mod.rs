@@ -21,12 +21,14 @@ mod bake;
 mod blend;
 mod boundaries;
 mod chain;
+mod climate;
 mod cube;
 mod drape;
 mod globe;
 mod grain;
 mod lines;
 mod material;
+mod paint;
 mod palette;
 mod sphere;
 mod upload;
@@ -161,25 +163,32 @@ fn appear(
             &mut images,
             &mut materials,
         );
-        let part = (
-            Mesh3d(shared.sphere.clone()),
-            Visibility::Hidden,
-            NotShadowCaster,
-            NoAutoAabb,
-            Aabb::from_min_max(Vec3::NEG_ONE, Vec3::ONE),
-            ChildOf(entity),
-        );
-        globe.body = commands
-            .spawn((Name::new("Ground"), MeshMaterial3d(material), part.clone()))
-            .id();
-        globe.sky = commands
-            .spawn((Name::new("Air"), MeshMaterial3d(shared.sky.clone()), part))
-            .id();
-        let mut planet = commands.entity(entity);
-        planet.insert(globe);
-        if !visible {
-            planet.insert(Visibility::default());
-        }
+        let shared = (shared.sphere.clone(), shared.sky.clone());
+        // All or nothing: the planet may be gone by then.
+        commands.queue(move |world: &mut World| {
+            if world.get_entity(entity).is_err() {
+                return;
+            }
+            let (sphere, sky) = shared;
+            let part = (
+                Mesh3d(sphere),
+                Visibility::Hidden,
+                NotShadowCaster,
+                NoAutoAabb,
+                Aabb::from_min_max(Vec3::NEG_ONE, Vec3::ONE),
+                ChildOf(entity),
+            );
+            let ground = (Name::new("Ground"), MeshMaterial3d(material), part.clone());
+            globe.body = world.spawn(ground).id();
+            globe.sky = world
+                .spawn((Name::new("Air"), MeshMaterial3d(sky), part))
+                .id();
+            let mut planet = world.entity_mut(entity);
+            planet.insert(globe);
+            if !visible {
+                planet.insert(Visibility::default());
+            }
+        });
     }
 }
 

@@ -7,7 +7,7 @@
     pbr_types,
     pbr_functions,
 }
-#import bevy_tectonics::{air, light}
+#import bevy_tectonics::{air, detail, light}
 
 struct Planet {
     drift: vec2<f32>,
@@ -171,7 +171,7 @@ fn land_colour(height: f32, tilt: f32, climate: vec4<f32>) -> vec3<f32> {
     let cold = saturate((latitude - 25.0) / 47.0);
     let line = 5.4 * (1.0 - cold * cold) - 0.2 * cold;
     let snow = smoothstep(line - 0.7, line + 0.3, height - 0.5 * tilt);
-    let ice = smoothstep(69.0, 73.0, latitude + 4.0 * variety);
+    let ice = smoothstep(68.5, 73.5, latitude + 3.5 * variety);
     return mix(ground, ICE, max(ice, 0.95 * snow));
 }
 
@@ -183,12 +183,17 @@ fn fragment(in: Point) -> @location(0) vec4<f32> {
     let level = log2(max(extent * planet.size * 0.55, 1e-6));
     let here = ground(in, max(level, 0.0));
 
+    let fine = detail::detail(direction, planet.size, level);
     let height = here.relief.x - planet.datum;
-    let above_sea = here.relief.x - planet.sea;
-    let coast = max(0.6 * fwidth(above_sea), 1e-5);
-    let land = smoothstep(-coast, coast, above_sea);
+    let above_sea = here.relief.x - planet.sea + 0.015 * fine.w;
+    // Squeezed, so that the edge of a shelf beside the deep is not taken for a coast.
+    let squeezed = above_sea / (abs(above_sea) + 0.06);
+    let coast = max(0.6 * fwidth(squeezed), 1e-4);
+    let land = smoothstep(-coast, coast, squeezed);
     let slope = here.relief.yzw * 0.001 * planet.shade;
-    let tilt = slope / sqrt(1.0 + 0.25 * dot(slope, slope));
+    // Never steeper than light can show.
+    let coarse_tilt = slope / sqrt(1.0 + 0.45 * dot(slope, slope));
+    let tilt = coarse_tilt + (0.03 + 0.3 * length(coarse_tilt)) * fine.xyz;
 
     let world_from_local = mesh_functions::get_world_from_local(in.instance_index);
     let up = normalize(mesh_functions::mesh_normal_local_to_world(direction, in.instance_index));
@@ -196,8 +201,8 @@ fn fragment(in: Point) -> @location(0) vec4<f32> {
 
     var base = vec3(0.0);
     if land > 0.0 {
-        if height > 0.0 || land < 1.0 {
-            base += land * land_colour(max(height, 0.0), length(tilt), here.climate);
+        if height > 0.0 || planet.sea == planet.datum {
+            base += land * land_colour(max(height, 0.0), length(tilt), here.climate + vec4(0.0, 0.0, 0.0, 0.25 * fine.w));
         } else {
             base = colour(BED, -height);
         }
@@ -209,11 +214,13 @@ fn fragment(in: Point) -> @location(0) vec4<f32> {
         let sun = lights.directional_lights[0].direction_to_light;
         let lit = dot(relief_normal, sun) - dot(up, sun);
         water *= 1.0 + clamp(2.0 * lit, -0.35, 0.6);
-        pack = smoothstep(75.0, 78.0, here.climate.z + 5.0 * here.climate.w);
+        pack = smoothstep(74.5, 79.0, here.climate.z + 3.5 * here.climate.w);
         base += (1.0 - land) * mix(water, PACK_ICE, 0.92 * pack);
     }
     base = BRIGHTNESS * base * (1.0 - here.overlay.a) + here.overlay.rgb;
-    let wet = (1.0 - land) * (1.0 - pack) * (1.0 - here.overlay.a);
+    // Winds roughen the sea in patches.
+    let calm = 1.0 + 0.5 * here.climate.w;
+    let wet = calm * (1.0 - land) * (1.0 - pack) * (1.0 - here.overlay.a);
 
     var pbr_input = pbr_types::pbr_input_new();
     pbr_input.flags = mesh[in.instance_index].flags;
@@ -225,8 +232,8 @@ fn fragment(in: Point) -> @location(0) vec4<f32> {
     pbr_input.N = normalize(mix(up, relief_normal, max(land, 0.5 * here.overlay.a)));
     pbr_input.material.base_color = vec4(base, 1.0);
     pbr_input.material.metallic = 0.0;
-    pbr_input.material.perceptual_roughness = mix(0.95, light::WATER, wet);
-    pbr_input.material.reflectance = vec3(mix(0.1, 0.36, wet));
+    pbr_input.material.perceptual_roughness = mix(0.95, light::WATER, saturate(wet));
+    pbr_input.material.reflectance = vec3(mix(0.1, 0.36, saturate(wet)));
     // Planets near a lamp are lit with all that Bevy has. The usual sun needs a fraction of that, and
     // to software renderers even a branch not taken is dear.
 #ifdef PLANET_LAMPS

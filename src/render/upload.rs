@@ -15,6 +15,7 @@ use bevy::{
         renderer::RenderQueue,
         texture::GpuImage,
     },
+    time::Real,
 };
 use core::sync::atomic::{AtomicU32, Ordering};
 use std::{
@@ -22,8 +23,10 @@ use std::{
     sync::{Arc, Weak},
 };
 
-/// Bytes written in a frame, or one face where that is more.
-const FRAME_BYTES: usize = 3 << 20;
+/// Bytes written in a second of slow frames, and in a short frame at least, or one face where that is
+/// more: what takes a millisecond or two.
+const SECOND_BYTES: f32 = 150e6;
+const FRAME_BYTES: usize = 2_500_000;
 /// Frames after which a texture that never appears is given up.
 const PATIENCE: u32 = 600;
 
@@ -86,14 +89,18 @@ impl Uploads {
 struct Arrived(Vec<Pending>);
 
 fn extract(mut main: ResMut<MainWorld>, mut arrived: ResMut<Arrived>) {
+    let seconds = main
+        .get_resource::<Time<Real>>()
+        .map_or(0.0, Time::delta_secs);
     let Some(mut uploads) = main.get_resource_mut::<Uploads>() else {
         return;
     };
     if uploads.0.is_empty() {
         return;
     }
+    let most = FRAME_BYTES.max((seconds.min(1.0) * SECOND_BYTES) as usize);
     let mut bytes = 0;
-    while bytes < FRAME_BYTES {
+    while bytes < most {
         let Some(pending) = uploads.0.pop_front() else {
             break;
         };

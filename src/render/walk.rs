@@ -2,6 +2,7 @@
 
 use crate::mesh::{HalfEdge, SphereMesh, Vertex};
 use bevy::math::DVec3;
+use core::{iter::Sum, ops::Mul};
 
 /// Steps after which a walk is taken for lost, as it may be where the mesh is folded.
 const STEPS: usize = 256;
@@ -49,6 +50,18 @@ impl<'a> Walk<'a> {
         self.at = place.half_edge;
         (place.vertices, place.weights)
     }
+}
+
+/// The mean of a value over the corners of a triangle.
+pub(super) fn mean<T>(vertices: [Vertex; 3], weights: [f64; 3], value: impl Fn(usize) -> T) -> T
+where
+    T: Mul<f32, Output = T> + Sum,
+{
+    vertices
+        .into_iter()
+        .zip(weights)
+        .map(|(vertex, weight)| value(vertex as usize) * weight as f32)
+        .sum()
 }
 
 #[cfg(test)]
