@@ -1,6 +1,6 @@
 //! What the stages know of the boundaries between plates in this step.
 
-use super::{plate::PlateTable, sub_plate::PlateId};
+use super::{plate::PlateTable, recipe::Recipe, sub_plate::PlateId};
 use crate::mesh::NONE;
 use bevy::prelude::*;
 use glam::DVec3;
@@ -120,8 +120,30 @@ pub struct Contact {
     pub closing: f64,
     /// Continental share of their common front now.
     pub continental_share: f64,
-    /// When a rift made them, in My; none for plates that met.
-    pub rifted_my: Option<f64>,
+    /// The rift that made them; none for plates that met.
+    pub rift: Option<Rift>,
+    /// Length of their common front that the rift has not torn yet, in km.
+    pub untorn_km: f64,
+}
+
+/// A rift that tears a plate open from a place outwards.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rift {
+    /// When it began, in My.
+    pub began_my: f64,
+    /// Where it began, as a unit vector; rides on the plate with the smaller id.
+    pub from: DVec3,
+    /// Distance from there at which the tear stops, in km; infinite for a rift that goes through. Plates
+    /// that are still held together when the push is over become one again: a failed rift.
+    pub stops_km: f64,
+}
+
+impl Rift {
+    /// How far it has torn, in km, at a pace in km/My.
+    #[must_use]
+    pub fn reach_km(&self, now_my: f64, pace: f64) -> f64 {
+        (pace * (now_my - self.began_my)).min(self.stops_km)
+    }
 }
 
 /// Contacts by pair of plates, the smaller id first.
@@ -139,6 +161,27 @@ impl Contacts {
     #[must_use]
     pub fn get(&self, a: PlateId, b: PlateId) -> Option<&Contact> {
         self.0.get(&Self::key(a, b))
+    }
+
+    /// Whether a rift has not torn a front yet.
+    #[must_use]
+    pub fn holds(&self, front: &Front, now_my: f64, recipe: &Recipe) -> bool {
+        self.get(front.plates[0], front.plates[1])
+            .and_then(|contact| contact.rift)
+            .is_some_and(|rift| {
+                let reach = rift.reach_km(now_my, recipe.constants.plates.tear_pace);
+                front.midpoint.distance(rift.from) * recipe.radius_km > reach
+            })
+    }
+
+    /// Lets the origins of rifts ride on their plates for a step in My.
+    pub(super) fn carry_rifts(&mut self, plates: &PlateTable, step_my: f64) {
+        for (&(id, _), contact) in &mut self.0 {
+            if let Some(rift) = &mut contact.rift {
+                let moved = plates.rotation(id).cross(rift.from) * step_my;
+                rift.from = (rift.from + moved).normalize();
+            }
+        }
     }
 
     /// Hands the contacts of a plate that ends over to the one that takes its place.

@@ -7,7 +7,7 @@ use super::{
     ledger::Ledger,
     plate::{Plate, Rotation},
     recipe::Recipe,
-    stages::reorganize_plates::splinters::pieces,
+    stages::{Mantle, reorganize_plates::splinters::pieces},
     sub_plate::*,
     topology::Topology,
 };
@@ -153,6 +153,7 @@ fn check_world(
 
 fn hash_world(
     clock: Res<Clock>,
+    mantle: Res<Mantle>,
     topology: Res<Topology>,
     plates: Query<(&Plate, &Rotation)>,
     mut sub_plates: Query<AllColumns, With<SubPlate>>,
@@ -208,6 +209,14 @@ fn hash_world(
             .iter()
             .for_each(|x| hash.update(&x.to_le_bytes()));
     }
+    for vector in [mantle.downwelling, mantle.superplume] {
+        vector
+            .to_array()
+            .iter()
+            .for_each(|x| hash.update(&x.to_le_bytes()));
+    }
+    hash.update(&mantle.warmth.to_le_bytes());
+    hash.update(&[u8::from(mantle.rising)]);
     hash.update(&clock.time_my.to_le_bytes());
     hash.update(&clock.steps.to_le_bytes());
     Ok(hash.digest())

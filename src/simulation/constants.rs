@@ -121,6 +121,8 @@ pub struct Constants {
     pub ridges: RidgeConstants,
     /// Forces on plates.
     pub motion: MotionConstants,
+    /// Slow flow of the mantle under continents.
+    pub mantle: MantleConstants,
     /// What deforms at the plates' margins.
     pub margins: MarginConstants,
     /// Arcs, trenches and mountain belts.
@@ -144,6 +146,7 @@ impl Constants {
         self.boundaries.validate()?;
         self.ridges.validate()?;
         self.motion.validate()?;
+        self.mantle.validate()?;
         self.margins.validate()?;
         self.uplift.validate()?;
         self.collisions.validate()?;
@@ -153,13 +156,14 @@ impl Constants {
 
     /// The groups as tables.
     #[must_use]
-    pub fn groups(&self) -> [&dyn ConstantGroup; 10] {
+    pub fn groups(&self) -> [&dyn ConstantGroup; 11] {
         [
             &self.step,
             &self.refine,
             &self.boundaries,
             &self.ridges,
             &self.motion,
+            &self.mantle,
             &self.margins,
             &self.uplift,
             &self.collisions,
@@ -170,13 +174,14 @@ impl Constants {
 
     /// The groups as tables whose values may be changed.
     #[must_use]
-    pub fn groups_mut(&mut self) -> [&mut dyn ConstantGroup; 10] {
+    pub fn groups_mut(&mut self) -> [&mut dyn ConstantGroup; 11] {
         [
             &mut self.step,
             &mut self.refine,
             &mut self.boundaries,
             &mut self.ridges,
             &mut self.motion,
+            &mut self.mantle,
             &mut self.margins,
             &mut self.uplift,
             &mut self.collisions,
@@ -246,6 +251,8 @@ constants! {
         feedback = 3.0 in 0.0..=10.0 "per relative excess",
         /// Smallest distance between two new sub-plates.
         apart = 0.6 in 0.3..=0.9 "spacings",
+        /// Length of ridge segments between transform faults (Earth: 50-1,000 km, slow ridges shorter).
+        segment = 450.0 in 0.0..=5000.0 "km",
         /// The gap is this much wider where the motion is near transform.
         transform_factor = 1.25 in 1.0..=3.0 "times",
         /// The gap is this much wider where the boundary closes (a hole in the mesh, no ridge).
@@ -255,7 +262,7 @@ constants! {
         /// Thickness of new oceanic crust (Earth 6-7 km).
         oceanic_thickness = 7.0 in 3.0..=12.0 "km",
         /// How much thinner than its flanks stretched crust in a tearing rift is, at a spacing of 226 km.
-        rift_thinning = 13.0 in 1.0..=30.0 "km",
+        rift_thinning = 9.0 in 1.0..=30.0 "km",
         /// Stretched continental crust thinner than this breaks and sea floor begins.
         breakup_thickness = 17.0 in 8.0..=30.0 "km",
     }
@@ -287,14 +294,32 @@ constants! {
         rift_push = 5.0e5 in 0.0..=5.0e6 "per km",
         /// How long it lasts.
         rift_push_time = 40.0 in 0.0..=200.0 "My",
+        /// Resistance of a front that a rift has not torn yet, along and across it: strong enough to be
+        /// the hinge about which the two sides turn.
+        untorn = 1.0e5 in 0.0..=1.0e7 "per km and km/My",
         /// Friction along every front, and across trenches.
         friction = 2000.0 in 0.0..=1.0e5 "per km and km/My",
         /// Resistance of continental collision. A tenth loses continents, ten times makes shards (study).
-        collision = 2.2e4 in 0.0..=1.0e6 "per km and km/My",
+        collision = 3.5e4 in 0.0..=1.0e6 "per km and km/My",
         /// Interpenetration at which the resistance has grown by its own size.
         collision_length = 300.0 in 50.0..=2000.0 "km",
         /// Time in which a plate takes up a new balance. 10 My leaves old floor, 50 My sluggish plates.
         response = 2.0 in 0.05..=100.0 "My",
+    }
+}
+
+constants! {
+    /// The slow convection that gathers and disperses continents.
+    MantleConstants("mantle") {
+        /// Speed of the flow under continents, a quarter of the way round from where it sinks.
+        speed = 120.0 in 0.0..=500.0 "km/My",
+        /// Time in which a supercontinent would warm the mantle enough for a superplume if none were
+        /// lost (Gurnis 1988: 100-200 My until the mantle below has turned from cold to hot).
+        heating = 125.0 in 10.0..=5000.0 "My",
+        /// Time in which stored warmth is lost.
+        cooling = 150.0 in 10.0..=10000.0 "My",
+        /// Time in which the flow takes up a new order.
+        rise = 60.0 in 1.0..=1000.0 "My",
     }
 }
 
@@ -395,7 +420,9 @@ constants! {
         sediment_rate = 3.0 in 0.0..=100.0 "m/My",
         /// Width of a passive margin's shelf (Earth 80 km on average, up to 400).
         shelf_width = 340.0 in 0.0..=1000.0 "km",
-        /// Depth of a passive margin's edge.
+        /// Width of the shelf between a trench and its arc (Earth: 50-200 km of fore-arc basins).
+        forearc_width = 160.0 in 0.0..=1000.0 "km",
+        /// Depth of a margin's edge.
         shelf_depth = 190.0 in 0.0..=1000.0 "m",
         /// Width of the wedge of sediment at the foot of a passive margin (Earth 100-500 km).
         rise_width = 420.0 in 0.0..=2000.0 "km",
@@ -421,8 +448,10 @@ constants! {
         smallest = 0.0006 in 0.0..=0.05 "of the sphere",
         /// A broken-off piece larger than this becomes a plate of its own.
         orphan = 0.008 in 0.0..=0.2 "of the sphere",
+        /// Interpenetration after which a terrane goes over to the other plate (Cortial et al. 2019).
+        terrane_length = 300.0 in 50.0..=1.0e6 "km",
         /// Interpenetration after which two continents may suture.
-        suture_length = 500.0 in 50.0..=5000.0 "km",
+        suture_length = 350.0 in 50.0..=5000.0 "km",
         /// Share of continental contact in the front of the two plates that a suture needs.
         suture_share = 0.2 in 0.0..=1.0 "",
         /// Closing speed below which a collision has come to rest.
@@ -433,6 +462,13 @@ constants! {
         rift_youngest = 30.0 in 0.0..=500.0 "My",
         /// Rate of rifting of a plate of a tenth of the sphere without continents, per 0.3.
         rift_rate = 0.02 in 0.0..=1.0 "/My",
+        /// Pace at which the tip of a rift runs on (South Atlantic 3,000 km in some 20 My).
+        tear_pace = 150.0 in 10.0..=1.0e5 "km/My",
+        /// How much warmth below hastens rifting and cold hinders it, at most.
+        rift_warmth = 0.8 in 0.0..=10.0 "times",
+        /// Share of rifts in two that stall and fail (on Earth most do: one arm of every three, the
+        /// Benue Trough, the Midcontinent and North Sea rifts).
+        rift_failure = 0.25 in 0.0..=1.0 "",
         /// Number of plates around which the rate of rifting is balanced.
         plate_count = 14.0 in 2.0..=60.0 "plates",
         /// Sea floor older than this may start to founder (Earth's oldest: 180 My).

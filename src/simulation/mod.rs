@@ -33,7 +33,7 @@ pub(crate) mod surface;
 mod topology;
 mod workers;
 
-pub use boundaries::{Boundaries, Contact, Contacts, Front, Motion};
+pub use boundaries::{Boundaries, Contact, Contacts, Front, Motion, Rift};
 pub use clock::{Clock, Tick};
 pub use columns::Columns;
 pub use error::TectonicError;
@@ -53,7 +53,7 @@ pub use schedule::{
     Cancellation, StageTimings, StepFailure, TectonicStep, TectonicSystems, record_failure,
 };
 pub use sea::Sea;
-pub use stages::{Splits, sea_floor_depth};
+pub use stages::{Mantle, Splits, sea_floor_depth};
 pub use start::populate;
 pub use statistics::Statistics;
 pub use sub_plate::{

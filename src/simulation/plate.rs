@@ -39,6 +39,8 @@ pub struct DrivingTorque {
     pub slab_suction: DVec3,
     /// Push of ridges and young rifts.
     pub ridge_push: DVec3,
+    /// Drag of the mantle's flow at the roots of continents.
+    pub mantle_drag: DVec3,
 }
 
 /// Ids that were never used.

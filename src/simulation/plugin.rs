@@ -11,7 +11,7 @@ use super::{
         record_failure,
     },
     sea::Sea,
-    stages::*,
+    stages::{apply_forces::mantle::Mantle, *},
     sub_plate::*,
     workers::Workers,
 };
@@ -91,6 +91,7 @@ impl Plugin for SimulationPlugin {
             .register_type::<Clock>()
             .register_type::<Ledger>()
             .register_type::<Sea>()
+            .register_type::<Mantle>()
             .init_resource::<Boundaries>()
             .init_resource::<Contacts>()
             .init_resource::<StepFailure>()
@@ -136,6 +137,7 @@ stage!(
     ApplyForcesPlugin, ApplyForces,
     [
         apply_forces::slabs::grow_slabs.pipe(record_failure),
+        apply_forces::mantle::convect_mantle.pipe(record_failure),
         apply_forces::torque_balance::balance_torques.pipe(record_failure),
         apply_forces::margins::bend_margins.pipe(record_failure),
     ]

@@ -21,6 +21,8 @@ pub enum Purpose {
     Rift,
     /// New subduction zones.
     Foundering,
+    /// First warmth of the mantle.
+    Mantle,
 }
 
 /// A counter-based stream (`ChaCha8`) keyed by seed, purpose, step and number.

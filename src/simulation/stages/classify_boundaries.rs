@@ -53,7 +53,8 @@ pub(in crate::simulation) fn classify_boundaries(
             .iter()
             .all(|&v| crust[v as usize].is_continental());
     }
-    remember_contacts(&fronts, crust, created, &clock, constants, &mut contacts);
+    contacts.carry_rifts(&plates, clock.step_my);
+    remember_contacts(&fronts, crust, created, &clock, &recipe, &mut contacts);
     for front in &mut fronts {
         front.under = sinking_end(front, crust, &contacts);
         let before = mesh.payload(front.edge).kind;
@@ -186,14 +187,16 @@ fn remember_contacts(
     crust: &[Crust],
     created: &[Created],
     clock: &Clock,
-    constants: &BoundaryConstants,
+    recipe: &Recipe,
     contacts: &mut Contacts,
 ) {
+    let constants = &recipe.constants.boundaries;
     #[derive(Default)]
     struct Sum {
         length: f64,
         continental: f64,
         closing: f64,
+        untorn: f64,
         oceanic: f64,
         created: [f64; 2],
     }
@@ -203,6 +206,9 @@ fn remember_contacts(
         let swap = usize::from(key.0 != front.plates[0]);
         let sum = sums.entry(key).or_default();
         sum.length += front.length;
+        if contacts.holds(front, clock.time_my, recipe) {
+            sum.untorn += front.length;
+        }
         if front.continental {
             sum.continental += front.length;
             sum.closing += front.length * (-front.opening).max(0.0);
@@ -227,6 +233,7 @@ fn remember_contacts(
         } else {
             0.0
         };
+        contact.untorn_km = sum.untorn;
         contact.interpenetration += contact.closing * clock.step_my;
         if sum.oceanic > 0.0 {
             // The older side is the denser one; kept while they touch, or fronts grow fingers.

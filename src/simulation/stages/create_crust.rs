@@ -3,6 +3,11 @@
 //! A boundary triangle whose circumcircle has grown too wide gets a sub-plate at its circumcentre,
 //! where it can make no sliver. On sea floor that is new oceanic crust at a ridge; between three
 //! continental sub-plates it is stretched continental crust, until that is too thin and breaks.
+//!
+//! Ridges are made of segments: stripes between circles about the Euler pole of the two plates, along
+//! which transform faults run. Within a stripe, new crust goes to whichever plate lies on its side of
+//! the stripe's mean axis, so that the axis straightens across the motion, while neighbouring axes keep
+//! the offset that the first break gave them, with a fracture zone behind each step.
 
 use super::super::{
     boundaries::{Boundaries, Motion},
@@ -19,6 +24,13 @@ use super::super::{
 use crate::mesh::{EditError, SphereMesh};
 use bevy::prelude::*;
 use glam::DVec3;
+
+/// A segment is at least this many spacings long: shorter ones cannot be drawn.
+const SEGMENT_SPACINGS: f64 = 2.0;
+/// Fronts farther than this many segments belong to another ridge of the same plates.
+const NEAR_SEGMENTS: f64 = 2.0;
+/// Nearer to the axis than this many spacings, the older side takes the crust: both flanks grow evenly.
+const ON_AXIS: f64 = 0.15;
 
 /// A gap in the crust that is to be filled.
 struct Gap {
@@ -76,8 +88,10 @@ pub(in crate::simulation) fn create_crust(
         };
         cuts.extend(cut_by_flips(&flips, plate));
         let corners = gap.corners.map(|v| v as usize);
-        let side = older_side(corners, plate, created);
         let opening = gap.motion.opening > 0.0;
+        let side = ridge_side(&gap, &recipe, &boundaries, &plates, plate)
+            .filter(|_| opening)
+            .unwrap_or_else(|| older_side(corners, plate, created));
         let mut child = Child {
             plate: plate[side],
             crust: Crust::Oceanic,
@@ -240,6 +254,59 @@ fn opening_of(
         mean.slip /= count;
     }
     (mean, strike)
+}
+
+/// The corner whose plate takes new crust at a ridge of two plates: the one on the gap's side of the
+/// axis of its segment. None near the axis, and where three plates meet.
+fn ridge_side(
+    gap: &Gap,
+    recipe: &Recipe,
+    boundaries: &Boundaries,
+    plates: &PlateTable,
+    plate: &[PlateId],
+) -> Option<usize> {
+    let of = gap.corners.map(|v| plate[v as usize]);
+    let first = *of.iter().min()?;
+    let second = *of.iter().max()?;
+    if of.iter().any(|&id| id != first && id != second) {
+        return None;
+    }
+    let spacing = recipe.spacing_km();
+    let length = recipe
+        .constants
+        .ridges
+        .segment
+        .max(SEGMENT_SPACINGS * spacing);
+    let pole = (plates.rotation(second) - plates.rotation(first)).normalize_or_zero();
+    let stripe = |site: DVec3| {
+        let colatitude = libm::acos(site.dot(pole).clamp(-1.0, 1.0));
+        (colatitude * recipe.radius_km / length).floor() as i64
+    };
+    let own = stripe(gap.site);
+    let near = NEAR_SEGMENTS * length / recipe.radius_km;
+    let axis: DVec3 = boundaries
+        .fronts
+        .iter()
+        .filter(|front| {
+            let [a, b] = front.plates;
+            front.opening > 0.0
+                && a.min(b) == first
+                && a.max(b) == second
+                && front.midpoint.distance(gap.site) < near
+                && stripe(front.midpoint) == own
+        })
+        .map(|front| (front.midpoint - pole * front.midpoint.dot(pole)) * front.length)
+        .sum();
+    // The second plate moves along pole × axis.
+    let ahead = pole.cross(axis).normalize_or_zero().dot(gap.site) * recipe.radius_km;
+    if ahead.abs() < ON_AXIS * spacing {
+        return None;
+    }
+    let winner = if ahead > 0.0 { second } else { first };
+    gap.corners
+        .iter()
+        .map(|&v| v as usize)
+        .find(|&v| plate[v] == winner)
 }
 
 /// The corner whose plate is older there: it takes the new crust, so that both flanks grow evenly.

@@ -67,7 +67,7 @@ pub(in crate::simulation) fn erode(
         if above > 0.0 {
             let x = 1e-3 * above;
             let mut worn = constants.rate * x * x / (x + 1.0) * time;
-            if inland.passive[v] && inland.distance[v] < constants.shelf_width {
+            if inland.distance[v] < inland.shelf_width(v, constants) {
                 // Waves plane a margin down to its shelf.
                 let excess = above / constants.isostasy;
                 worn += (excess - worn).max(0.0) * (1.0 - libm::exp(-time / constants.shelf_time));
@@ -208,18 +208,23 @@ impl Inland {
         inland
     }
 
+    /// Width in km of the shelf in front of a place.
+    fn shelf_width(&self, v: usize, constants: &ErosionConstants) -> f64 {
+        if self.passive[v] {
+            constants.shelf_width
+        } else {
+            constants.forearc_width
+        }
+    }
+
     /// Height in m above the sea down to which rock is worn, and up to which sediment fills.
     fn base_level(&self, v: usize, constants: &ErosionConstants) -> f64 {
         let distance = self.distance[v];
-        let inner = if self.passive[v] && constants.shelf_width > 0.0 {
-            let out = 1.0 - (distance / constants.shelf_width).min(1.0);
-            if out > 0.0 {
-                return constants.base_edge - constants.shelf_depth * out;
-            }
-            distance - constants.shelf_width
-        } else {
-            distance
-        };
+        let width = self.shelf_width(v, constants);
+        if distance < width {
+            return constants.base_edge - constants.shelf_depth * (1.0 - distance / width);
+        }
+        let inner = distance - width;
         (constants.base_edge + constants.base_slope * inner).min(constants.base_highest)
     }
 }

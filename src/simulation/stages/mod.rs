@@ -12,5 +12,6 @@ pub(super) mod repair_mesh;
 pub(super) mod resolve_collisions;
 pub(super) mod uplift;
 
+pub use apply_forces::mantle::Mantle;
 pub use erode::sea_floor_depth;
 pub use reorganize_plates::Splits;

@@ -11,7 +11,7 @@ use super::{
     plate::{NextPlateId, Plate, PlateBorn, Rotation},
     recipe::{Recipe, Start},
     sea::Sea,
-    stages::{Splits, erode::continental_height, sea_floor_depth},
+    stages::{Splits, apply_forces::mantle::Mantle, erode::continental_height, sea_floor_depth},
     streams::{self, Purpose},
     sub_plate::*,
     topology::{EdgeState, Topology},
@@ -115,6 +115,7 @@ pub fn populate(world: &mut World, recipe: &Recipe) -> Result<(), TectonicError>
         suspected: true,
         regrouped: true,
     });
+    world.insert_resource(Mantle::new(recipe.seed));
     world.insert_resource(ledger);
     world.insert_resource(sea);
     world.insert_resource(recipe.clone());

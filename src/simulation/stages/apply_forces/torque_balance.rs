@@ -3,9 +3,9 @@
 //! Lithosphere has no inertia: at every moment drag balances drive. One linear system holds for all
 //! plates together,
 //!
-//! `Σ c a (I − r rᵀ) ωᵢ + Σ η l q qᵀ (ωᵢ − ωⱼ) = (1/R) Σ r × F`,
+//! `Σ c a (I − r rᵀ) ωᵢ + Σ η l q qᵀ (ωᵢ − ωⱼ) = (1/R) (Σ r × F + Σ c a r × u)`,
 //!
-//! the first sum over the sub-plates of plate i (drag c, area a), the second over its fronts
+//! u the flow of the mantle under continents ([`mantle`](super::mantle)), the first sum over the sub-plates of plate i (drag c, area a), the second over its fronts
 //! (viscosity η, length l; `q = r × n` for motion across the front and `r × t` along it). It is
 //! symmetric and positive definite, and solved by Cholesky's method. Treating the fronts' friction
 //! implicitly is what keeps collisions from ringing.
@@ -17,6 +17,7 @@ use super::super::super::{
     error::TectonicError,
     plate::{DrivingTorque, Plate, PlateBorn, PlateTable, Rotation},
     recipe::Recipe,
+    stages::Mantle,
     sub_plate::{Created, Crust, MaterialArea, PlateId, Slab, SubPlate},
     topology::Topology,
     workers::Workers,
@@ -45,6 +46,7 @@ pub(in crate::simulation) fn balance_torques(
     workers: Res<Workers>,
     boundaries: Res<Boundaries>,
     contacts: Res<Contacts>,
+    mantle: Res<Mantle>,
     topology: Res<Topology>,
     mut plates: Query<(
         Entity,
@@ -66,10 +68,14 @@ pub(in crate::simulation) fn balance_torques(
 
     let count = table.rows().len();
     let mut system = System::new(count);
-    for (i, drag) in drag_tensors(&workers, &recipe, mesh.sites(), plate, crust, area, &table)
-        .into_iter()
-        .enumerate()
+    let mut torques = vec![DrivingTorque::default(); count];
+    for (i, (drag, roots)) in
+        drag_tensors(&workers, &recipe, mesh.sites(), plate, crust, area, &table)
+            .into_iter()
+            .enumerate()
     {
+        torques[i].mantle_drag =
+            mantle.torque(roots.first, roots.second) * recipe.constants.mantle.speed;
         let spin = SPIN_DRAG * (drag.x_axis.x + drag.y_axis.y + drag.z_axis.z);
         system.add(
             i,
@@ -77,30 +83,34 @@ pub(in crate::simulation) fn balance_torques(
             drag + DMat3::from_diagonal(DVec3::splat(spin.max(1.0))),
         );
     }
-    let mut torques = vec![DrivingTorque::default(); count];
     for front in &boundaries.fronts {
         let (Some(i), Some(j)) = (table.row(front.plates[0]), table.row(front.plates[1])) else {
             continue;
         };
         let pair = [i, j];
-        drive(
-            front,
-            pair,
-            &recipe,
-            &clock,
-            &contacts,
-            created,
-            slab,
-            &mut torques,
-        );
+        let held = contacts.holds(front, clock.time_my, &recipe);
+        if !held {
+            drive(
+                front,
+                pair,
+                &recipe,
+                &clock,
+                &contacts,
+                created,
+                slab,
+                &mut torques,
+            );
+        }
         let along = front.midpoint.cross(front.direction);
-        system.couple(
-            i,
-            j,
-            front.midpoint.cross(along),
-            constants.friction * front.length,
-        );
-        let across = if front.opening >= 0.0 {
+        let sliding = if held {
+            constants.untorn
+        } else {
+            constants.friction
+        };
+        system.couple(i, j, front.midpoint.cross(along), sliding * front.length);
+        let across = if held {
+            constants.untorn
+        } else if front.opening >= 0.0 {
             0.0
         } else if front.continental {
             let depth = contacts
@@ -115,7 +125,7 @@ pub(in crate::simulation) fn balance_torques(
         system.couple(i, j, along, across * front.length);
     }
     for (i, torque) in torques.iter().enumerate() {
-        let sum = torque.slab_pull + torque.slab_suction + torque.ridge_push;
+        let sum = torque.slab_pull + torque.slab_suction + torque.ridge_push + torque.mantle_drag;
         system.load(i, sum / recipe.radius_km);
     }
     let target = system.solve().ok_or(TectonicError::TorqueBalance {
@@ -148,8 +158,8 @@ fn drive(
     if front.opening > 0.0 {
         let young = contacts
             .get(front.plates[0], front.plates[1])
-            .and_then(|contact| contact.rifted_my)
-            .is_some_and(|rifted| clock.time_my - rifted < constants.rift_push_time);
+            .and_then(|contact| contact.rift)
+            .is_some_and(|rift| clock.time_my - rift.began_my < constants.rift_push_time);
         let push = constants.ridge_push * (front.opening / RIDGE_FULL).min(1.0)
             + if young { constants.rift_push } else { 0.0 };
         torques[rows[0]].ridge_push -= turn * push;
@@ -167,7 +177,32 @@ fn drive(
     }
 }
 
-/// `Σ c a (I − r rᵀ)` of every plate.
+/// Moments of what drags at a plate: weights, and those times the place once and twice.
+#[derive(Debug, Clone, Copy, Default)]
+struct Moments {
+    zeroth: f64,
+    first: DVec3,
+    second: DMat3,
+}
+
+impl Moments {
+    fn add(&mut self, weight: f64, site: DVec3) {
+        let weighted = site * weight;
+        self.zeroth += weight;
+        self.first += weighted;
+        self.second.x_axis += weighted * site.x;
+        self.second.y_axis += weighted * site.y;
+        self.second.z_axis += weighted * site.z;
+    }
+
+    fn join(&mut self, other: &Self) {
+        self.zeroth += other.zeroth;
+        self.first += other.first;
+        self.second += other.second;
+    }
+}
+
+/// `Σ c a (I − r rᵀ)` of every plate, and the moments `Σ c a …` of its continents' roots.
 fn drag_tensors(
     workers: &Workers,
     recipe: &Recipe,
@@ -176,48 +211,39 @@ fn drag_tensors(
     crust: &[Crust],
     area: &[MaterialArea],
     table: &PlateTable,
-) -> Vec<DMat3> {
+) -> Vec<(DMat3, Moments)> {
     let constants = &recipe.constants.motion;
-    // Per plate: Σ w, then the six distinct entries of Σ w r rᵀ.
+    // Per plate: sea floor, continents.
+    let none = [Moments::default(); 2];
     let parts = workers.map(plate.len(), |range| {
-        let mut sums = vec![[0.0_f64; 7]; table.rows().len()];
+        let mut sums = vec![none; table.rows().len()];
         for v in range {
-            let Some(row) = table.row(plate[v]) else {
-                continue;
-            };
-            let drag = if crust[v].is_continental() {
-                constants.continent_drag
-            } else {
-                constants.ocean_drag
-            };
-            let (w, r) = (drag * area[v].0, sites[v]);
-            let sum = &mut sums[row];
-            sum[0] += w;
-            sum[1] += w * r.x * r.x;
-            sum[2] += w * r.y * r.y;
-            sum[3] += w * r.z * r.z;
-            sum[4] += w * r.x * r.y;
-            sum[5] += w * r.x * r.z;
-            sum[6] += w * r.y * r.z;
+            if let Some(row) = table.row(plate[v]) {
+                let kind = usize::from(crust[v].is_continental());
+                sums[row][kind].add(area[v].0, sites[v]);
+            }
         }
         sums
     });
     // Added up in the order of the rows, whoever summed them.
-    let mut sums = vec![[0.0_f64; 7]; table.rows().len()];
+    let mut sums = vec![none; table.rows().len()];
     for part in parts {
         for (sum, part) in sums.iter_mut().zip(part) {
-            for (sum, part) in sum.iter_mut().zip(part) {
-                *sum += part;
-            }
+            sum[0].join(&part[0]);
+            sum[1].join(&part[1]);
         }
     }
+    let resists = |of: &Moments| DMat3::IDENTITY * of.zeroth - of.second;
     sums.into_iter()
-        .map(|[w, xx, yy, zz, xy, xz, yz]| {
-            DMat3::from_cols(
-                DVec3::new(w - xx, -xy, -xz),
-                DVec3::new(-xy, w - yy, -yz),
-                DVec3::new(-xz, -yz, w - zz),
-            )
+        .map(|[floor, roots]| {
+            let drag = constants.continent_drag;
+            let tensor = resists(&floor) * constants.ocean_drag + resists(&roots) * drag;
+            let roots = Moments {
+                zeroth: roots.zeroth * drag,
+                first: roots.first * drag,
+                second: roots.second * drag,
+            };
+            (tensor, roots)
         })
         .collect()
 }

@@ -1,34 +1,44 @@
-//! Continents that have stopped closing become one plate.
+//! Continents that have stopped closing become one plate, terranes change plates, and the sides of a
+//! rift that failed join again.
+//!
+//! Once continents have interpenetrated by some 300 km, the smaller of the two that meet breaks off its
+//! slab and goes over to the other plate (Cortial et al. 2019, section 4.2). The sea floor behind it stays
+//! what it was: its margin is now a front, where it goes on sinking. Where the continent is most of its
+//! plate, the whole plate joins.
 
 use super::{
     super::super::{
-        boundaries::Contacts,
+        boundaries::{Contact, Contacts},
         clock::Clock,
         columns::Columns,
         error::TectonicError,
         plate::{Plate, PlateBorn, PlateTable, Rotation},
         recipe::Recipe,
-        sub_plate::{MaterialArea, PlateId, SubPlate},
-        topology::Topology,
+        sub_plate::{Crust, MaterialArea, PlateId, Slab, SubPlate},
+        topology::{EdgeState, Topology},
     },
-    plate_areas,
+    Splits, plate_areas,
 };
+use crate::mesh::SphereMesh;
 use bevy::prelude::*;
 
 /// A collision at rest sutures after less interpenetration, in km, but with more contact.
 const AT_REST_LENGTH: f64 = 100.0;
 /// Share of continental contact that a collision at rest needs.
 const AT_REST_SHARE: f64 = 0.35;
+/// A continent that makes up more than this share of its plate takes the whole plate along.
+const WHOLE_PLATE: f64 = 0.6;
 
-/// Welds at most one pair, the one that has interpenetrated furthest: the smaller plate joins the
-/// larger, and their angular momentum is kept.
+/// Welds at most one pair, a failed rift or else the pair that has interpenetrated furthest, and lets
+/// at most one terrane go over.
 pub(in crate::simulation) fn suture(
     recipe: Res<Recipe>,
     clock: Res<Clock>,
     topology: Res<Topology>,
     mut contacts: ResMut<Contacts>,
+    mut splits: ResMut<Splits>,
     mut plates: Query<(Entity, &Plate, &mut Rotation, &PlateBorn)>,
-    mut sub_plates: Query<(&mut PlateId, &MaterialArea), With<SubPlate>>,
+    mut sub_plates: Query<(&mut PlateId, &Crust, &MaterialArea, &mut Slab), With<SubPlate>>,
 ) -> Result<(), TectonicError> {
     if clock.reorganisation.due().is_none() {
         return Ok(());
@@ -38,6 +48,55 @@ pub(in crate::simulation) fn suture(
     if table.rows().len() <= 2 {
         return Ok(());
     }
+    let mesh = &topology.0;
+    let (mut plate, crust, area, mut slab) = sub_plates.columns(mesh.vertex_count())?;
+    let plate = plate.bypass_change_detection();
+    let areas = plate_areas(&table, plate, area);
+    let touching = |contact: &Contact| contact.last_my >= clock.time_my;
+    let by_depth = |a: &(&(PlateId, PlateId), &Contact), b: &(&(PlateId, PlateId), &Contact)| {
+        a.1.interpenetration.total_cmp(&b.1.interpenetration)
+    };
+
+    let colliding = contacts
+        .0
+        .iter()
+        .filter(|(_, contact)| {
+            touching(contact) && contact.interpenetration > constants.terrane_length
+        })
+        .max_by(by_depth)
+        .map(|(&pair, _)| pair);
+    if let Some((a, b)) = colliding {
+        let terranes = [(a, b), (b, a)].map(|(own, other)| {
+            let of = Terrane::at_front(mesh, plate, crust, area, own, other);
+            let whole = table.row(own).map_or(0.0, |row| areas[row]);
+            (of, own, other, whole)
+        });
+        let [first, second] = &terranes;
+        let (terrane, own, other, whole) = if first.0.area <= second.0.area {
+            first
+        } else {
+            second
+        };
+        if terrane.area > 0.0 && terrane.area < WHOLE_PLATE * whole {
+            for &v in &terrane.members {
+                plate[v as usize] = *other;
+                // The slab that pulled it in has broken off.
+                for w in mesh.neighbours(v) {
+                    slab.bypass_change_detection()[w as usize].0 = 0.0;
+                }
+            }
+            splits.suspected = true;
+            if let Some(contact) = contacts.0.get_mut(&(a, b)) {
+                *contact = Contact {
+                    last_my: contact.last_my,
+                    subducting: Some(*own),
+                    ..default()
+                };
+            }
+            return Ok(());
+        }
+    }
+
     let ready = contacts
         .0
         .iter()
@@ -47,18 +106,24 @@ pub(in crate::simulation) fn suture(
             let at_rest = contact.interpenetration > AT_REST_LENGTH
                 && contact.closing < constants.suture_speed
                 && contact.continental_share > AT_REST_SHARE;
-            contact.last_my >= clock.time_my && (deep || at_rest)
+            touching(contact) && (deep || at_rest)
         })
-        .max_by(|a, b| a.1.interpenetration.total_cmp(&b.1.interpenetration));
-    let Some((&(a, b), _)) = ready else {
+        .max_by(by_depth);
+    let push = recipe.constants.motion.rift_push_time;
+    let failed = contacts.0.iter().find(|(_, contact)| {
+        touching(contact)
+            && contact.untorn_km > 0.0
+            && contact.rift.is_some_and(|rift| {
+                rift.stops_km.is_finite() && clock.time_my - rift.began_my > push
+            })
+    });
+    let Some((&(a, b), _)) = failed.or(ready) else {
         return Ok(());
     };
-    let (mut plate, area) = sub_plates.columns(topology.0.vertex_count())?;
-    let plate = plate.bypass_change_detection();
-    let areas = plate_areas(&table, plate, area);
     let (Some(i), Some(j)) = (table.row(a), table.row(b)) else {
         return Ok(());
     };
+    // The smaller joins the larger, and their angular momentum is kept.
     let (gone, heir) = if areas[i] < areas[j] { (i, j) } else { (j, i) };
     let (gone_id, heir_id) = (table.rows()[gone].id, table.rows()[heir].id);
     let mean = (table.rows()[gone].rotation * areas[gone]
@@ -72,4 +137,97 @@ pub(in crate::simulation) fn suture(
     }
     contacts.inherit(gone_id, heir_id);
     Ok(())
+}
+
+/// A connected continental region of one plate.
+#[derive(Default)]
+struct Terrane {
+    members: Vec<u32>,
+    /// Area in km².
+    area: f64,
+}
+
+impl Terrane {
+    /// The continent of a plate that touches most of another plate's continents. Empty if none does.
+    fn at_front(
+        mesh: &SphereMesh<EdgeState>,
+        plate: &[PlateId],
+        crust: &[Crust],
+        area: &[MaterialArea],
+        own: PlateId,
+        other: PlateId,
+    ) -> Self {
+        let is =
+            |v: u32, id: PlateId| plate[v as usize] == id && crust[v as usize].is_continental();
+        let mut seen = vec![false; plate.len()];
+        let mut best = (0, Self::default());
+        for first in 0..plate.len() as u32 {
+            if seen[first as usize] || !is(first, own) {
+                continue;
+            }
+            let mut terrane = Self {
+                members: vec![first],
+                area: 0.0,
+            };
+            seen[first as usize] = true;
+            let (mut next, mut touches) = (0, 0);
+            while next < terrane.members.len() {
+                let v = terrane.members[next];
+                next += 1;
+                terrane.area += area[v as usize].0;
+                for w in mesh.neighbours(v) {
+                    touches += u32::from(is(w, other));
+                    if is(w, own) && !seen[w as usize] {
+                        seen[w as usize] = true;
+                        terrane.members.push(w);
+                    }
+                }
+            }
+            if touches > best.0 {
+                best = (touches, terrane);
+            }
+        }
+        best.1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simulation::streams::{self, Purpose};
+
+    #[test]
+    fn the_terrane_is_the_continent_at_the_front() {
+        let mut rng = streams::stream(1, Purpose::Points, 0, 0);
+        let sites = (0..2000).map(|_| streams::direction(&mut rng)).collect();
+        let mesh = SphereMesh::<EdgeState>::build(sites).unwrap();
+        // Two plates, east and west of the plane y = 0. The eastern one has a continent at the front
+        // and another far from it; the western one is all continent.
+        let plate: Vec<PlateId> = mesh
+            .sites()
+            .iter()
+            .map(|s| PlateId(if s.y > 0.0 { 1 } else { 2 }))
+            .collect();
+        let near = |s: &glam::DVec3| s.y > 0.0 && s.distance(glam::DVec3::X) < 0.5;
+        let far = |s: &glam::DVec3| s.distance(glam::DVec3::Y) < 0.3;
+        let crust: Vec<Crust> = mesh
+            .sites()
+            .iter()
+            .map(|s| {
+                if s.y <= 0.0 || near(s) || far(s) {
+                    Crust::Continental
+                } else {
+                    Crust::Oceanic
+                }
+            })
+            .collect();
+        let area = vec![MaterialArea(2.0); 2000];
+        let terrane = Terrane::at_front(&mesh, &plate, &crust, &area, PlateId(1), PlateId(2));
+        let expected = mesh.sites().iter().filter(|s| near(s)).count();
+        assert!(expected > 30 && terrane.members.len() == expected);
+        assert_eq!(terrane.area, 2.0 * expected as f64);
+        assert!(terrane.members.iter().all(|&v| near(&mesh.site(v))));
+        let none = Terrane::at_front(&mesh, &plate, &crust, &area, PlateId(1), PlateId(3));
+        assert!(none.members.is_empty());
+    }
 }
