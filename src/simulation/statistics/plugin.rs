@@ -39,10 +39,11 @@ impl StatisticsInterval {
 /// use bevy_tectonics::prelude::*;
 /// use bevy_tectonics::simulation::StatisticsPlugin;
 ///
-/// // Planets that keep a figure for every 10 My of their history.
-/// PlanetPlugin::default().with_simulation(|| {
+/// // Planets that keep their figures for every 10 My of their history.
+/// let planets = PlanetPlugin::default().with_simulation(|| {
 ///     SimulationPlugins.build().set(StatisticsPlugin { interval_my: 10.0 })
 /// });
+/// App::new().add_plugins((MinimalPlugins, planets));
 /// ```
 #[derive(Debug, Clone, Copy)]
 pub struct StatisticsPlugin {
