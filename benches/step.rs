@@ -15,6 +15,8 @@ const WARM_UP: u64 = 20;
 const STEPS: u64 = 40;
 /// ... and at least this much simulated time, in My.
 const TIME_MY: f64 = 8.0;
+/// Measurements of all statistics.
+const MEASUREMENTS: u32 = 10;
 
 /// What one history cost.
 struct Cost {
@@ -23,6 +25,8 @@ struct Cost {
     steps: u64,
     time_my: f64,
     seconds: f64,
+    /// Of one measurement of all statistics.
+    measurement: f64,
     stages: Vec<(&'static str, f64)>,
 }
 
@@ -41,14 +45,20 @@ fn measure(sub_plates: u32, threads: usize) -> Result<Cost, TectonicError> {
         history.step()?;
     }
     let seconds = start.elapsed().as_secs_f64();
+    let stages = history.stage_seconds();
+    let start = Instant::now();
+    for _ in 0..MEASUREMENTS {
+        history.statistics()?;
+    }
+    let measurement = start.elapsed().as_secs_f64() / f64::from(MEASUREMENTS);
     Ok(Cost {
         sub_plates,
         threads,
         steps: history.steps() - steps,
         time_my: history.time_my() - time_my,
         seconds,
-        stages: history
-            .stage_seconds()
+        measurement,
+        stages: stages
             .into_iter()
             .zip(before)
             .map(|((name, after), (_, before))| (name, after - before))
@@ -70,20 +80,21 @@ fn main() -> Result<(), TectonicError> {
     }
 
     println!(
-        "| sub-plates | threads | steps | My | ms per step | µs per sub-plate and step | s per 100 My |"
+        "| sub-plates | threads | steps | My | ms per step | µs per sub-plate and step | s per 100 My | ms per statistics |"
     );
-    println!("|--:|--:|--:|--:|--:|--:|--:|");
+    println!("|--:|--:|--:|--:|--:|--:|--:|--:|");
     for cost in &costs {
         let step = cost.seconds / cost.steps as f64;
         println!(
-            "| {} | {} | {} | {:.1} | {:.2} | {:.3} | {:.1} |",
+            "| {} | {} | {} | {:.1} | {:.2} | {:.3} | {:.1} | {:.2} |",
             cost.sub_plates,
             cost.threads,
             cost.steps,
             cost.time_my,
             1e3 * step,
             1e6 * step / f64::from(cost.sub_plates),
-            100.0 * cost.seconds / cost.time_my
+            100.0 * cost.seconds / cost.time_my,
+            1e3 * cost.measurement
         );
     }
     println!("\nMilliseconds per step by stage:\n");

@@ -20,8 +20,8 @@ use std::{
 };
 
 use bevy_tectonics::{
-    export::{Maps, check_folder, write_planet},
-    simulation::{Drive, History, Outcome, Progress, Recipe, Start},
+    export::{Maps, check_folder, write_history, write_planet},
+    simulation::{Drive, History, Outcome, Progress, Recipe, Start, StatisticsInterval},
 };
 use clap::{Parser, error::ErrorKind};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -69,6 +69,10 @@ struct Flags {
     /// Recipe to start from: a JSON file, also a planet.json; other flags override it
     #[arg(long, value_name = "FILE")]
     recipe: Option<PathBuf>,
+
+    /// Also write history.csv: what the planet measures, every so many million years
+    #[arg(long, value_name = "MY", num_args = 0..=1, default_missing_value = "10", value_parser = interval)]
+    history: Option<f64>,
 
     /// Show no progress
     #[arg(long)]
@@ -146,6 +150,11 @@ fn grow(flags: &Flags, recipe: Recipe, maps: &Maps) -> Result<(), String> {
     let started = Instant::now();
     let duration = recipe.duration_my;
     let mut history = History::with_threads(recipe, maps.threads).map_err(|error| text(&error))?;
+    if let Some(interval_my) = flags.history {
+        let world = history.world_mut();
+        world.insert_resource(StatisticsInterval(interval_my));
+        history.record_statistics().map_err(|error| text(&error))?;
+    }
     let mut display = Gauge::new(flags.quiet, duration);
     loop {
         let before = history.steps();
@@ -174,8 +183,14 @@ fn grow(flags: &Flags, recipe: Recipe, maps: &Maps) -> Result<(), String> {
     }
     display.finish();
     let seconds = started.elapsed().as_secs_f64();
-    let files =
+    let mut files =
         write_planet(&mut history, seconds, &flags.out, maps).map_err(|error| text(&error))?;
+    if flags.history.is_some() {
+        // The end belongs to the history, wherever the interval puts the last moment.
+        history.record_statistics().map_err(|error| text(&error))?;
+        let file = write_history(&history.statistics_history(), &flags.out);
+        files.push(file.map_err(|error| text(&error))?);
+    }
     report(&mut history, seconds, &flags.out, files.len())
 }
 
@@ -293,6 +308,14 @@ fn duration(text: &str) -> Result<f64, String> {
         .map_err(|_| "it must be a number from 0 to 10000 (millions of years)".to_owned())
 }
 
+fn interval(text: &str) -> Result<f64, String> {
+    number(
+        text,
+        f64::MIN_POSITIVE..=f64::MAX,
+        "it must be a number above 0 (millions of years)",
+    )
+}
+
 fn width(text: &str) -> Result<u32, String> {
     let hint = "it must be an even number from 16 to 16384";
     let width = number(text, Maps::WIDTHS, hint)?;
@@ -330,9 +353,13 @@ mod tests {
         Flags::command().debug_assert();
         let flags = parse(&[]).unwrap();
         assert_eq!(
-            (flags.width, flags.quiet, flags.check),
-            (2048, false, false)
+            (flags.width, flags.quiet, flags.check, flags.history),
+            (2048, false, false, None)
         );
+        let history = |flags: &[&str]| parse(flags).unwrap().history;
+        assert_eq!(history(&["--history"]), Some(10.0));
+        assert_eq!(history(&["--history", "2.5"]), Some(2.5));
+        assert_eq!(history(&["--history", "--quiet"]), Some(10.0));
         assert!(prepare(&flags).is_ok());
     }
 
@@ -351,6 +378,8 @@ mod tests {
             ("--sub-plates", "many", "from 200 to 2000000"),
             ("--sub-plates", "-1", "from 200 to 2000000"),
             ("--duration", "long", "from 0 to 10000"),
+            ("--history", "0", "above 0"),
+            ("--history", "inf", "above 0"),
             ("--start", "banana", "flood-fill"),
             ("--drive", "banana", "rigid"),
         ] {

@@ -45,6 +45,8 @@
 //! * **Growing a planet**: [`History`](simulation::History), [`Recipe`](simulation::Recipe),
 //!   [`Start`](simulation::Start), [`Drive`](simulation::Drive), [`constants`](simulation::constants)
 //! * **Reading it**: [`Surface`](simulation::Surface), [`Statistics`](simulation::Statistics),
+//!   [`StatisticsHistory`](simulation::StatisticsHistory),
+//!   [`PlanetStatistics`](planet::PlanetStatistics),
 //!   [`Ledger`](simulation::Ledger)
 //! * **Asking it**: [`surface`] has elevations, boundaries, plates, rays and patches of ground
 //! * **Its world**: [`SubPlate`](simulation::SubPlate) and its components, [`Plate`](simulation::Plate),
@@ -66,7 +68,7 @@
 //! | feature | default | adds |
 //! |---|---|---|
 //! | `render` | yes | planets and overlays in a Bevy scene |
-//! | `export` | yes | equirectangular maps, the coloured relief map and `planet.json` |
+//! | `export` | yes | equirectangular maps, the coloured relief map, `planet.json` and `history.csv` |
 //! | `window` | yes | what the examples need to open a window |
 //! | `editor` | no | a control panel with `bevy_egui` |
 //!
@@ -93,7 +95,8 @@ pub mod prelude {
     pub use crate::TectonicsPlugins;
     pub use crate::planet::{
         Growth, GrowthFailed, GrowthFinished, GrowthProgressed, GrowthState, Pace, Planet,
-        PlanetPlugin, PlanetSurface, PlanetSystems, PlanetView, Planets, Regrowth, SurfaceChanged,
+        PlanetPlugin, PlanetStatistics, PlanetSurface, PlanetSystems, PlanetView, Planets,
+        Regrowth, SurfaceChanged,
     };
     pub use crate::simulation::{
         Crust, History, Orogeny, Outcome, Progress, Recipe, SimulationPlugins, Statistics, Surface,

@@ -6,6 +6,7 @@ use bevy::prelude::*;
 use bevy_tectonics::{
     planet::{GrowthFailure, PlanetThreads},
     prelude::*,
+    simulation::StatisticsPlugin,
 };
 use core::time::Duration;
 use game::*;
@@ -55,6 +56,13 @@ fn a_planet_grows_to_its_end_and_says_so() {
         .unwrap()
         .statistics();
     assert!(statistics.land_share > 0.1);
+    let component = game.app.world().get::<PlanetStatistics>(planet).unwrap();
+    assert_eq!(&component.now, statistics);
+    assert_eq!(component.now.time_my, 12.0);
+    assert!(
+        component.history.moments().is_empty(),
+        "nobody asked for it"
+    );
     // Nothing more happens, and nothing is said twice.
     let surfaces = game.log.surfaces.len();
     for _ in 0..20 {
@@ -62,6 +70,24 @@ fn a_planet_grows_to_its_end_and_says_so() {
     }
     assert_eq!(game.log.finished, 1);
     assert_eq!(game.log.surfaces.len(), surfaces);
+}
+
+#[test]
+fn a_planet_keeps_its_figures_over_time_if_told_to() {
+    let plugin = PlanetPlugin::default().with_threads(1).with_simulation(|| {
+        let interval_my = 5.0;
+        SimulationPlugins
+            .build()
+            .set(StatisticsPlugin { interval_my })
+    });
+    let mut game = Game::new(plugin);
+    let planet = game.spawn(Planet::new(recipe(1)));
+    game.until(|game| game.log.finished == 1);
+    let statistics = game.app.world().get::<PlanetStatistics>(planet).unwrap();
+    let moments = statistics.history.moments();
+    let reached: Vec<f64> = moments.iter().map(|m| (m.time_my / 5.0).floor()).collect();
+    assert_eq!(reached, [0.0, 1.0, 2.0]);
+    assert_eq!(statistics.now.interval_my, 12.0 - moments[2].time_my);
 }
 
 /// On threads or in slices, at any pace, with pauses: bit for bit the history that runs alone.
@@ -112,6 +138,8 @@ fn time_stands_still_runs_by_steps_and_up_to_a_moment() {
         game.planet(planet).step();
     }
     game.until(|game| game.growth(planet).progress.steps == 3);
+    // The surface of the last step comes when the history rests, not when the step is reported.
+    game.until(|game| game.growth(planet).state == GrowthState::Resting);
     for _ in 0..20 {
         game.frame();
     }

@@ -1,7 +1,8 @@
 //! Live charts: where the ground lies, and how plates move.
 
 use super::look::{self, ACCENT, FAINT, GOOD, LINE};
-use super::record::{EARTH_LOWEST_KM, EARTH_PER_KM, Record};
+use super::record::{self, BIN_KM, Record};
+use crate::simulation::Statistics;
 use bevy_egui::egui::{Color32, FontId, Stroke, Ui, Vec2b, vec2};
 use egui_plot::{
     Axis, AxisHints, Bar, BarChart, GridInput, GridMark, HLine, HoverPosition, Line, LineStyle,
@@ -162,10 +163,10 @@ fn bins(ui: &mut Ui, record: &Record, width: f32) {
     let bars = BarChart::new("", bars.collect())
         .horizontal()
         .allow_hover(false);
-    // Half of each km, as the bars are of half a km.
-    let steps = (0..).zip(EARTH_PER_KM).flat_map(|(i, share)| {
-        let low = EARTH_LOWEST_KM + f64::from(i);
-        [[0.5 * share, low], [0.5 * share, low + 1.0]]
+    let shares = (0..).zip(Statistics::EARTH_HYPSOMETRY_500_M);
+    let steps = shares.flat_map(|(i, share)| {
+        let low = record::LOWEST_KM + BIN_KM * f64::from(i);
+        [[100.0 * share, low], [100.0 * share, low + BIN_KM]]
     });
     let earth = Line::new("Earth", steps.collect::<PlotPoints<'_>>()).stroke(earth());
     heights("bins", width, 10.0)
@@ -178,12 +179,11 @@ fn bins(ui: &mut Ui, record: &Record, width: f32) {
 }
 
 fn above(ui: &mut Ui, record: &Record, width: f32) {
-    let all: f64 = EARTH_PER_KM.iter().sum();
-    let mut higher = 100.0;
-    let mut steps = vec![[higher, EARTH_LOWEST_KM]];
-    for (i, share) in (1..).zip(EARTH_PER_KM) {
-        higher -= 100.0 * share / all;
-        steps.push([higher.max(0.0), EARTH_LOWEST_KM + f64::from(i)]);
+    let mut higher: f64 = 100.0;
+    let mut steps = vec![[higher, record::LOWEST_KM]];
+    for (i, share) in (1..).zip(Statistics::EARTH_HYPSOMETRY_500_M) {
+        higher -= 100.0 * share;
+        steps.push([higher.max(0.0), record::LOWEST_KM + BIN_KM * f64::from(i)]);
     }
     let earth = Line::new("Earth", PlotPoints::new(steps)).stroke(earth());
     let here = Line::new("Here", &record.above[..]).stroke(Stroke::new(2.0, ACCENT));

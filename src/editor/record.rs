@@ -7,17 +7,8 @@ use egui_plot::PlotPoint;
 const MOST: usize = 512;
 
 /// Lower end and width of the bins of [`Statistics::hypsometry_500_m`] in km.
-const LOWEST_KM: f64 = -11.0;
-const BIN_KM: f64 = 0.5;
-
-/// Earth's share in per cent of every km from −8 km to 6 km, the outermost with all beyond (Kossinna
-/// 1921). Rounded, so they sum to 100.1.
-pub(super) const EARTH_PER_KM: [f64; 14] = [
-    0.1, 1.0, 16.4, 23.2, 13.9, 4.8, 3.0, 8.5, 20.9, 4.5, 2.2, 1.1, 0.4, 0.1,
-];
-
-/// Lower end of [`EARTH_PER_KM`].
-pub(super) const EARTH_LOWEST_KM: f64 = -8.0;
+pub(super) const LOWEST_KM: f64 = -11.0;
+pub(super) const BIN_KM: f64 = 0.5;
 
 /// Figures over time.
 #[derive(Debug, Clone, Default)]
@@ -165,6 +156,5 @@ mod tests {
         assert!((record.above[0].x - 100.0).abs() < 1e-9);
         assert!(record.above[40].x.abs() < 1e-9);
         assert_eq!(record.above[22].y, 0.0);
-        assert!((EARTH_PER_KM.iter().sum::<f64>() - 100.1).abs() < 1e-9);
     }
 }

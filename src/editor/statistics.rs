@@ -1,6 +1,6 @@
 //! What a planet measures, beside what Earth does.
 
-use super::figures::{percent, tenth_in, whole, whole_in};
+use super::figures::{percent, tenth, tenth_in, whole, whole_in};
 use super::look;
 use crate::simulation::Statistics;
 use bevy_egui::egui::Ui;
@@ -48,6 +48,48 @@ const GROUPS: [(&str, &[Line]); 4] = [
                 "−3,730 m",
                 "",
             ),
+            (
+                "Fullest of land",
+                |s| whole_in(s.land_peak_m, "m"),
+                "250 m",
+                "Middle of the 500 m of elevation above −2,000 m that hold most.",
+            ),
+            (
+                "Fullest of sea floor",
+                |s| whole_in(s.ocean_peak_m, "m"),
+                "−4,750 m",
+                "Middle of the 500 m of elevation below −2,000 m that hold most.",
+            ),
+            (
+                "Shelf",
+                |s| percent(s.shelf_500_share),
+                "7.2 %",
+                "Share of the sphere between −500 m and the sea.",
+            ),
+            (
+                "Above 2 km",
+                |s| percent(s.above_2_km_share),
+                "3.5 %",
+                "Share of the sphere; of Earth, with its ice.",
+            ),
+            (
+                "Below −6 km",
+                |s| percent(s.below_6_km_share),
+                "0.5 %",
+                "Share of the sphere.",
+            ),
+            (
+                "Ridges",
+                |s| whole_in(s.ridge_median_m, "m"),
+                "−3,000 m",
+                "Median elevation of sea floor where plates part.",
+            ),
+            (
+                "Dimension of coasts",
+                |s| tenth(s.coastline_dimension),
+                "1.2",
+                "1 is a smooth line, 2 fills the plane.",
+            ),
         ],
     ),
     (
@@ -83,6 +125,18 @@ const GROUPS: [(&str, &[Line]); 4] = [
                 "180 My",
                 "A few relicts on Earth are up to 340 My old.",
             ),
+            (
+                "Sea floor made",
+                |s| tenth_in(s.spreading_km2_yr, "km²/yr"),
+                "3.0 km²/yr",
+                "By the plates' motions now: opening of ridges times their length.",
+            ),
+            (
+                "Sea floor consumed",
+                |s| tenth_in(s.subduction_km2_yr, "km²/yr"),
+                "2.7 km²/yr",
+                "By the plates' motions now: closing of trenches times their length.",
+            ),
         ],
     ),
     (
@@ -101,6 +155,18 @@ const GROUPS: [(&str, &[Line]); 4] = [
                 "Share of the sphere.",
             ),
             (
+                "Seven largest",
+                |s| percent(s.largest_7_plates),
+                "81 %",
+                "Share of the sphere.",
+            ),
+            (
+                "Median area",
+                |s| whole_in(1e-3 * s.plate_area_median_km2, "thousand km²"),
+                "500 thousand km²",
+                "",
+            ),
+            (
                 "Mean speed",
                 |s| tenth_in(s.speed_mean, "mm/yr"),
                 "38 mm/yr",
@@ -109,8 +175,20 @@ const GROUPS: [(&str, &[Line]); 4] = [
             (
                 "Median speed",
                 |s| tenth_in(s.speed_median, "mm/yr"),
-                "29 mm/yr",
+                "30 mm/yr",
                 "Over the area, without net rotation.",
+            ),
+            (
+                "Oceanic plates",
+                |s| tenth_in(s.speed_oceanic_plates, "mm/yr"),
+                "42 mm/yr",
+                "Mean speed of plates that are mostly oceanic.",
+            ),
+            (
+                "Continental plates",
+                |s| tenth_in(s.speed_continental_plates, "mm/yr"),
+                "25 mm/yr",
+                "Mean speed of plates that are mostly continental.",
             ),
         ],
     ),
@@ -140,6 +218,30 @@ const GROUPS: [(&str, &[Line]); 4] = [
                 |s| boundary(s, 2),
                 "91,000 km",
                 "Where plates meet: trenches and collisions.",
+            ),
+            (
+                "Slip of ridges",
+                |s| tenth_in(s.slip_ridges, "mm/yr"),
+                "47 mm/yr",
+                "Mean along their length.",
+            ),
+            (
+                "Slip of trenches",
+                |s| tenth_in(s.slip_trenches, "mm/yr"),
+                "62 mm/yr",
+                "Mean along their length.",
+            ),
+            (
+                "Slip of transforms",
+                |s| tenth_in(s.slip_transforms, "mm/yr"),
+                "41 mm/yr",
+                "Mean along their length.",
+            ),
+            (
+                "Slip of collisions",
+                |s| tenth_in(s.slip_collisions, "mm/yr"),
+                "26 mm/yr",
+                "Mean along the length of closing continents.",
             ),
         ],
     ),

@@ -7,7 +7,7 @@ use std::{
     sync::{Arc, OnceLock},
 };
 
-use super::{ExportError, FILES};
+use super::{ExportError, FILES, HISTORY_FILE};
 
 /// A file under a temporary name. Dropping it removes it; [`publish`] gives it its real name.
 pub(super) struct Draft {
@@ -115,7 +115,7 @@ pub(super) fn publish(drafts: Vec<Draft>) -> Result<Vec<PathBuf>, ExportError> {
 pub fn check_folder(folder: &Path) -> Result<(), ExportError> {
     let at_folder = |error: io::Error| ExportError::write(folder, error);
     fs::create_dir_all(folder).map_err(at_folder)?;
-    for name in FILES {
+    for name in FILES.into_iter().chain([HISTORY_FILE]) {
         refuse_folder(&folder.join(name))?;
     }
     let probe = folder.join(format!(".probe.{}.partial", std::process::id()));

@@ -9,6 +9,7 @@
 //! | `velocity_east.png`, `velocity_north.png` | 16-bit grey, 0.01 mm/yr + 32768 |
 //! | `map.png` | for people: coloured relief with hill shading, sea and plate boundaries |
 //! | `planet.json` | the [`Summary`]: recipe, statistics, ledger, costs |
+//! | `history.csv` | on request, by [`write_history`]: the statistics over time |
 //!
 //! Maps are equirectangular, W × W/2 pixels. The centre of pixel (x, y) lies at longitude
 //! −180 + (x + ½)·360/W and latitude 90 − (y + ½)·180/H degrees. These formats are a promise: programs
@@ -22,6 +23,7 @@
 
 mod draft;
 mod grid;
+mod history;
 mod maps;
 mod relief;
 mod summary;
@@ -32,6 +34,7 @@ use std::{
 };
 
 pub use draft::check_folder;
+pub use history::{HISTORY_FILE, history_csv, write_history};
 pub use maps::Maps;
 pub use summary::{Seconds, Summary};
 

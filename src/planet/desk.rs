@@ -1,6 +1,8 @@
 //! What the game and the thread that grows a planet tell each other: orders one way, a report the other.
 
-use super::{events::GrowthFailure, grower::Worker, surface::PlanetSurface};
+use super::{
+    events::GrowthFailure, grower::Worker, statistics::PlanetStatistics, surface::PlanetSurface,
+};
 use crate::simulation::{Cancellation, Progress};
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
@@ -40,7 +42,7 @@ pub(super) struct Report {
     pub progress: Progress,
     /// Empty when nothing has changed.
     pub stage_seconds: Vec<(&'static str, f64)>,
-    pub snapshot: Option<PlanetSurface>,
+    pub snapshot: Option<(PlanetSurface, PlanetStatistics)>,
     /// The history, when it rests.
     pub returned: Option<Box<Worker>>,
     pub failure: Option<GrowthFailure>,

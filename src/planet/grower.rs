@@ -4,6 +4,7 @@ use super::{
     Planet, Regrowth,
     desk::{Desk, Orders, Report},
     events::GrowthFailure,
+    statistics::PlanetStatistics,
     surface::PlanetSurface,
     threads::PlanetThreads,
 };
@@ -267,12 +268,18 @@ impl Worker {
         let surface = history.surface()?;
         // No frame shall wait for what the first query would work out.
         surface.prepare();
+        let now = history.statistics()?;
         let snapshot = PlanetSurface {
             surface: Arc::new(surface),
-            statistics: Arc::new(history.statistics()?),
+            statistics: Arc::new(now.clone()),
+        };
+        let statistics = PlanetStatistics {
+            now,
+            history: history.statistics_history(),
         };
         self.published_my = Some(history.time_my());
-        self.desk.report(|report| report.snapshot = Some(snapshot));
+        self.desk
+            .report(|report| report.snapshot = Some((snapshot, statistics)));
         self.next_snapshot =
             Instant::now() + SNAPSHOT_INTERVAL.max(SNAPSHOT_SHARE * start.elapsed());
         Ok(())

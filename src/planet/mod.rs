@@ -28,6 +28,7 @@
 //! | [`PlanetView`] | you | how it is drawn: overlays, exaggeration, sea |
 //! | [`Growth`] | the plugin | where the history stands |
 //! | [`PlanetSurface`] | the plugin | the newest snapshot; there once the first is taken |
+//! | [`PlanetStatistics`] | the plugin | what it measures, and measured; there with the snapshot |
 //!
 //! Events on the planet's entity: [`SurfaceChanged`], [`GrowthProgressed`], [`GrowthFinished`],
 //! [`GrowthFailed`].
@@ -45,6 +46,7 @@ mod grower;
 mod growth;
 mod plugin;
 mod query;
+mod statistics;
 mod surface;
 mod threads;
 mod view;
@@ -54,6 +56,7 @@ pub use frame::{from_scene, to_scene};
 pub use growth::{Growth, GrowthState};
 pub use plugin::{PlanetPlugin, PlanetSystems};
 pub use query::{Pick, Planets};
+pub use statistics::PlanetStatistics;
 pub use surface::PlanetSurface;
 pub use threads::PlanetThreads;
 pub use view::PlanetView;

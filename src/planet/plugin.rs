@@ -1,7 +1,7 @@
 //! The plugin: tends every planet once a frame.
 
 use super::{
-    Growth, GrowthState, Planet, PlanetSurface, PlanetThreads, PlanetView,
+    Growth, GrowthState, Planet, PlanetStatistics, PlanetSurface, PlanetThreads, PlanetView,
     desk::Report,
     events::{GrowthFailed, GrowthFinished, GrowthProgressed, SurfaceChanged},
     grower::{Grower, Job, Stages},
@@ -73,6 +73,7 @@ impl Plugin for PlanetPlugin {
             .insert_resource(self.stages.clone())
             .register_type::<Planet>()
             .register_type::<PlanetView>()
+            .register_type::<PlanetStatistics>()
             .add_systems(PreUpdate, tend_planets.in_set(PlanetSystems::Tend));
     }
 }
@@ -116,7 +117,7 @@ fn tend_planets(
         job.run(&orders, &threads, deadline);
 
         let now = describe(&growth, &planet, job, &report, surface.is_some());
-        if let Some(snapshot) = report.snapshot {
+        if let Some((snapshot, statistics)) = report.snapshot {
             let changed = SurfaceChanged {
                 entity,
                 time_my: snapshot.time_my,
@@ -127,6 +128,7 @@ fn tend_planets(
             } else {
                 commands.entity(entity).insert(snapshot);
             }
+            commands.entity(entity).insert(statistics);
             commands.trigger(changed);
         }
         if growth.progress != now.progress {

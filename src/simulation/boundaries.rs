@@ -1,7 +1,7 @@
 //! What the stages know of the boundaries between plates in this step.
 
-use super::{plate::PlateTable, recipe::Recipe, sub_plate::PlateId};
-use crate::mesh::NONE;
+use super::{plate::PlateTable, recipe::Recipe, sub_plate::PlateId, topology::EdgeState};
+use crate::mesh::{NONE, SphereMesh};
 use bevy::prelude::*;
 use glam::DVec3;
 use std::collections::BTreeMap;
@@ -32,6 +32,58 @@ pub struct Front {
     pub continental: bool,
     /// Which end goes under, if one does where the front closes.
     pub under: Option<usize>,
+}
+
+impl Front {
+    /// A front as the mesh alone tells it; [`aim`](Self::aim) adds how it moves.
+    pub(super) fn across(
+        mesh: &SphereMesh<EdgeState>,
+        edge: u32,
+        plates: [PlateId; 2],
+        radius: f64,
+    ) -> Self {
+        let (u, v) = mesh.endpoints(edge);
+        let h = 2 * edge;
+        let (a, b) = (mesh.site(u), mesh.site(v));
+        let left = mesh.site(mesh.apex(h));
+        let right = mesh.site(mesh.apex(h ^ 1));
+        let midpoint = (a + b).normalize();
+        // From centroid to centroid: (a + b + left)/3 − (a + b + right)/3.
+        let normal = ((left - right) / 3.0).cross(midpoint) * radius;
+        let normal = if normal.dot(b - a) < 0.0 {
+            -normal
+        } else {
+            normal
+        };
+        Self {
+            edge,
+            vertices: [u, v],
+            plates,
+            normal,
+            length: normal.length(),
+            direction: DVec3::ZERO,
+            midpoint,
+            slip: DVec3::ZERO,
+            opening: 0.0,
+            continental: false,
+            under: None,
+        }
+    }
+
+    /// Sets the direction from smoothed strikes, and how the plates move across it.
+    pub(super) fn aim(
+        &mut self,
+        boundaries: &Boundaries,
+        mesh: &SphereMesh<EdgeState>,
+        plates: &PlateTable,
+        radius: f64,
+    ) {
+        let [u, v] = self.vertices;
+        self.direction = boundaries.direction((u, mesh.site(u)), (v, mesh.site(v)));
+        let turn = plates.rotation(self.plates[1]) - plates.rotation(self.plates[0]);
+        self.slip = turn.cross(self.midpoint) * radius;
+        self.opening = self.slip.dot(self.direction);
+    }
 }
 
 /// Fronts of the present step.
@@ -65,6 +117,16 @@ impl Motion {
 }
 
 impl Boundaries {
+    /// Lists the vertices whose `place` is not [`NONE`] and sets it to their place in the list.
+    pub(super) fn number_vertices(&mut self) {
+        for (vertex, place) in self.place.iter_mut().enumerate() {
+            if *place != NONE {
+                *place = self.vertices.len() as u32;
+                self.vertices.push(vertex as u32);
+            }
+        }
+    }
+
     /// Smoothed normal that points out of a vertex's plate; zero away from fronts.
     #[must_use]
     pub fn strike(&self, vertex: u32) -> DVec3 {

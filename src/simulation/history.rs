@@ -9,7 +9,7 @@ use super::{
     recipe::Recipe,
     schedule::{Cancellation, StageTimings, StepFailure, TectonicStep, TectonicSystems},
     start,
-    statistics::Statistics,
+    statistics::{self, Statistics, StatisticsHistory, StatisticsInterval},
     surface::Surface,
     workers::Workers,
 };
@@ -89,6 +89,12 @@ impl History {
         app.cleanup();
         let mut world = core::mem::take(app.world_mut());
         start::populate(&mut world, &recipe)?;
+        if world
+            .get_resource::<StatisticsInterval>()
+            .is_some_and(|interval| interval.is_set())
+        {
+            statistics::record(&mut world)?;
+        }
         Ok(Self { world })
     }
 
@@ -173,12 +179,32 @@ impl History {
         check::check(&mut self.world)
     }
 
-    /// What the planet measures now.
+    /// What the planet measures now; also the world's [`Statistics`] from now on.
     ///
     /// # Errors
     /// [`TectonicError::Archetype`] if the sub-plates no longer lie in one table.
     pub fn statistics(&mut self) -> Result<Statistics, TectonicError> {
-        Statistics::measure(&mut self.world)
+        let now = Statistics::measure(&mut self.world)?;
+        self.world.insert_resource(now.clone());
+        Ok(now)
+    }
+
+    /// Measures now, as [`statistics`](Self::statistics) does, and adds the moment to
+    /// [`statistics_history`](Self::statistics_history).
+    ///
+    /// # Errors
+    /// [`TectonicError::Archetype`] if the sub-plates no longer lie in one table.
+    pub fn record_statistics(&mut self) -> Result<Statistics, TectonicError> {
+        statistics::record(&mut self.world)
+    }
+
+    /// What the planet measured over time, at the moments that were recorded: by
+    /// [`record_statistics`](Self::record_statistics), or by themselves once a [`StatisticsInterval`]
+    /// is set.
+    #[must_use]
+    pub fn statistics_history(&self) -> StatisticsHistory {
+        let history = self.world.get_resource::<StatisticsHistory>();
+        history.cloned().unwrap_or_default()
     }
 
     /// An immutable copy of what people see of the planet.

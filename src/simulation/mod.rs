@@ -55,7 +55,9 @@ pub use schedule::{
 pub use sea::Sea;
 pub use stages::{Mantle, Splits, sea_floor_depth};
 pub use start::populate;
-pub use statistics::Statistics;
+pub use statistics::{
+    Gathering, Measure, Statistics, StatisticsHistory, StatisticsInterval, StatisticsPlugin,
+};
 pub use sub_plate::{
     Created, Crust, Deviation, Elevation, FoldDirection, MaterialArea, Orogeny, OrogenyBegan,
     PlateId, Position, RidgeDirection, Slab, SubPlate, Thickness, Trench, Velocity,

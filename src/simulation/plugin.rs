@@ -11,7 +11,8 @@ use super::{
         record_failure,
     },
     sea::Sea,
-    stages::{apply_forces::mantle::Mantle, *},
+    stages::*,
+    statistics::StatisticsPlugin,
     sub_plate::*,
     workers::Workers,
 };
@@ -34,6 +35,7 @@ use bevy::prelude::*;
 /// | [`RepairMeshPlugin`] | Delaunay, slivers |
 /// | [`ErodePlugin`] | wear, sediment, isostasy, sea |
 /// | [`ReorganizePlatesPlugin`] | sutures, rifts, new trenches, splinters |
+/// | [`StatisticsPlugin`] | after the stages, if an interval is set: measures |
 ///
 /// Every stage can be left out or replaced:
 /// `SimulationPlugins.build().disable::<ErodePlugin>().add(MyErosion)`. The mesh stays valid only
@@ -55,6 +57,7 @@ impl PluginGroup for SimulationPlugins {
             .add(RepairMeshPlugin)
             .add(ErodePlugin)
             .add(ReorganizePlatesPlugin)
+            .add(StatisticsPlugin::default())
     }
 }
 

@@ -167,6 +167,6 @@ fn begin_step(recipe: Res<Recipe>, mut clock: ResMut<Clock>) {
 }
 
 /// Stages run while the step is neither failed nor cancelled.
-fn going(failure: Res<StepFailure>, cancellation: Res<Cancellation>) -> bool {
+pub(super) fn going(failure: Res<StepFailure>, cancellation: Res<Cancellation>) -> bool {
     failure.0.is_none() && !cancellation.is_cancelled()
 }

@@ -43,11 +43,7 @@ pub(in crate::simulation) fn classify_boundaries(
     let Boundaries { fronts, .. } = &mut *boundaries;
     let mut fronts = core::mem::take(fronts);
     for front in &mut fronts {
-        let [u, v] = front.vertices;
-        front.direction = boundaries.direction((u, mesh.site(u)), (v, mesh.site(v)));
-        let turn = plates.rotation(front.plates[1]) - plates.rotation(front.plates[0]);
-        front.slip = turn.cross(front.midpoint) * recipe.radius_km;
-        front.opening = front.slip.dot(front.direction);
+        front.aim(boundaries, mesh, &plates, recipe.radius_km);
         front.continental = front
             .vertices
             .iter()
@@ -102,45 +98,17 @@ fn find_fronts(
             state.cross_kind = BoundaryKind::Joined;
             continue;
         }
-        let h = 2 * edge;
-        let (a, b) = (mesh.site(u), mesh.site(v));
-        let left = mesh.site(mesh.apex(h));
-        let right = mesh.site(mesh.apex(h ^ 1));
-        let midpoint = (a + b).normalize();
-        // From centroid to centroid: (a + b + left)/3 − (a + b + right)/3.
-        let normal = ((left - right) / 3.0).cross(midpoint) * radius;
-        let normal = if normal.dot(b - a) < 0.0 {
-            -normal
-        } else {
-            normal
-        };
         for vertex in [u, v] {
             boundaries.place[vertex as usize] = 0;
         }
-        boundaries.fronts.push(Front {
-            edge,
-            vertices: [u, v],
-            plates,
-            normal,
-            length: normal.length(),
-            direction: DVec3::ZERO,
-            midpoint,
-            slip: DVec3::ZERO,
-            opening: 0.0,
-            continental: false,
-            under: None,
-        });
+        let front = Front::across(mesh, edge, plates, radius);
+        boundaries.fronts.push(front);
     }
-    for (vertex, place) in boundaries.place.iter_mut().enumerate() {
-        if *place != NONE {
-            *place = boundaries.vertices.len() as u32;
-            boundaries.vertices.push(vertex as u32);
-        }
-    }
+    boundaries.number_vertices();
 }
 
 /// Sums the normals at every vertex of a front, then blends them twice with the neighbours'.
-fn smooth_strikes(
+pub(in crate::simulation) fn smooth_strikes(
     mesh: &SphereMesh<EdgeState>,
     plate: &[PlateId],
     weight: f64,
