@@ -21,7 +21,7 @@ use std::{
 
 use bevy_tectonics::{
     export::{Maps, check_folder, write_planet},
-    simulation::{Drive, History, Outcome, Progress, Recipe, Start},
+    simulation::{Drive, History, Hypsometry, Outcome, Progress, Recipe, Start},
 };
 use clap::{Parser, error::ErrorKind};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -54,8 +54,9 @@ struct Flags {
     #[arg(long, value_name = "FOLDER", default_value = "target/planet")]
     out: PathBuf,
 
-    /// How the first plates are laid out: flood-fill or voronoi [default: the recipe's]
-    #[arg(long, value_name = "WAY", value_parser = kebab::<Start>)]
+    /// How the planet begins: flood-fill, voronoi or hypsometric (with Earth's curve); or what a
+    /// recipe has there, in JSON [default: the recipe's]
+    #[arg(long, value_name = "WAY", value_parser = start)]
     start: Option<Start>,
 
     /// What moves plates: soft or rigid [default: the recipe's]
@@ -122,7 +123,7 @@ fn recipe(flags: &Flags) -> Result<Recipe, String> {
         recipe = recipe.with_sub_plates(sub_plates);
     }
     recipe.duration_my = flags.duration.unwrap_or(recipe.duration_my);
-    recipe.start = flags.start.unwrap_or(recipe.start);
+    recipe.start = flags.start.clone().unwrap_or(recipe.start);
     recipe.drive = flags.drive.unwrap_or(recipe.drive);
     Ok(recipe)
 }
@@ -311,6 +312,17 @@ fn threads(text: &str) -> Result<usize, String> {
     )
 }
 
+/// A start by its name alone, or as a recipe states it.
+fn start(text: &str) -> Result<Start, String> {
+    match text {
+        "hypsometric" => Ok(Start::Hypsometric(Hypsometry::default())),
+        json if json.starts_with('{') => {
+            serde_json::from_str(json).map_err(|error| error.to_string())
+        }
+        name => kebab(name),
+    }
+}
+
 /// A choice by the name it has in a recipe.
 fn kebab<T: DeserializeOwned>(text: &str) -> Result<T, String> {
     serde_json::from_value(Value::from(text)).map_err(|error| error.to_string())
@@ -363,6 +375,21 @@ mod tests {
             let line = message.lines().next().unwrap();
             assert!(line.contains(flag) && line.contains(expected), "{line}");
         }
+    }
+
+    #[test]
+    fn starts_are_names_or_json() {
+        let start = |text: &str| prepare(&parse(&["--start", text]).unwrap()).map(|(r, _)| r.start);
+        assert_eq!(start("voronoi"), Ok(Start::Voronoi));
+        let earth = Hypsometry::default();
+        assert_eq!(start("hypsometric"), Ok(Start::Hypsometric(earth)));
+        let curve = Hypsometry::Curve(vec![(0.0, -5000.0), (1.0, 2000.0)]);
+        assert_eq!(
+            start(r#"{"hypsometric": {"curve": [[0, -5000], [1, 2000]]}}"#),
+            Ok(Start::Hypsometric(curve))
+        );
+        let wrong = start(r#"{"hypsometric": {"curve": [[0, -5000]]}}"#).unwrap_err();
+        assert!(wrong.contains("curve.length is 1"), "{wrong}");
     }
 
     #[test]

@@ -54,7 +54,7 @@ pub use schedule::{
 };
 pub use sea::Sea;
 pub use stages::{Splits, sea_floor_depth};
-pub use start::populate;
+pub use start::{Column, Hypsometry, Normal, Normals, populate};
 pub use statistics::Statistics;
 pub use sub_plate::{
     Created, Crust, Deviation, Elevation, FoldDirection, MaterialArea, Orogeny, OrogenyBegan,
