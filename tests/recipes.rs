@@ -2,7 +2,7 @@
 
 use bevy::reflect::GetPath;
 use bevy_tectonics::prelude::*;
-use bevy_tectonics::simulation::{Drive, Hypsometry, Normals, Start};
+use bevy_tectonics::simulation::{Drive, Hypsometry, ImageStart, Normals, Start};
 use proptest::{prelude::*, test_runner::RngSeed};
 
 /// A constant as its declaration states it.
@@ -216,6 +216,15 @@ mod json {
             (normals.ocean_share, normals.land),
             (0.5, Normals::default().land)
         );
+        let image = ImageStart {
+            heights: "earth.png".into(),
+            sea_level_m: 0.1 + 0.2,
+            plate_polygons: Some("plates.json".into()),
+            ..ImageStart::default()
+        };
+        let start = Start::Image(image);
+        let text = serde_json::to_string(&start).unwrap();
+        assert_eq!(serde_json::from_str::<Start>(&text).unwrap(), start);
     }
 
     #[test]
@@ -243,6 +252,7 @@ mod json {
             (r#"{"constants": {"stpe": {}}}"#, "stpe"),
             (r#"{"constants": {"step": {"curant": 0.3}}}"#, "curant"),
             (r#"{"start": "random"}"#, "random"),
+            (r#"{"start": {"image": {"hights": "x"}}}"#, "hights"),
             (
                 r#"{"start": {"hypsometric": {"normals": {"sea": 1}}}}"#,
                 "sea",

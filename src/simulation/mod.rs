@@ -54,7 +54,10 @@ pub use schedule::{
 };
 pub use sea::Sea;
 pub use stages::{Splits, sea_floor_depth};
-pub use start::{Column, Hypsometry, Normal, Normals, populate};
+pub use start::{
+    Column, EulerRotation, HeightMap, Hypsometry, ImageStart, ImportedPlate, ImportedWorld, Normal,
+    Normals, PlatePolygon, populate,
+};
 pub use statistics::Statistics;
 pub use sub_plate::{
     Created, Crust, Deviation, Elevation, FoldDirection, MaterialArea, Orogeny, OrogenyBegan,

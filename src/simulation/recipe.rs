@@ -1,6 +1,10 @@
 //! What a planet is grown from.
 
-use super::{constants::Constants, error::TectonicError, start::Hypsometry};
+use super::{
+    constants::Constants,
+    error::TectonicError,
+    start::{Hypsometry, ImageStart},
+};
 use bevy::prelude::*;
 use core::ops::RangeInclusive;
 use serde::{Deserialize, Serialize};
@@ -25,6 +29,9 @@ pub enum Start {
     /// [`FloodFill`](Self::FloodFill) (Tectonics.js). The curve says how much is continent and how much
     /// is land: the recipe's shares of both are not read.
     Hypsometric(Hypsometry),
+    /// An imported height map, with the outlines and motions of plates where there are any. Files are
+    /// read by the cargo feature `import`; see [`History::imported`](super::History::imported).
+    Image(ImageStart),
 }
 
 impl Start {
@@ -39,6 +46,7 @@ impl Start {
         match self {
             Self::FloodFill | Self::Voronoi => Ok(()),
             Self::Hypsometric(hypsometry) => hypsometry.validate(),
+            Self::Image(image) => image.validate(),
         }
     }
 }

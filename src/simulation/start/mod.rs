@@ -5,11 +5,16 @@ mod continents;
 mod flood_fill;
 mod great_circles;
 mod hypsometry;
+mod image;
+mod imported;
 mod relief;
 mod voronoi;
 
 pub use column::Column;
 pub use hypsometry::{Hypsometry, Normal, Normals};
+pub use imported::{
+    EulerRotation, HeightMap, ImageStart, ImportedPlate, ImportedWorld, PlatePolygon,
+};
 
 use super::{
     clock::Clock,
@@ -43,6 +48,8 @@ struct Moment {
     plate: Vec<PlateId>,
     ground: Ground,
     sea: Sea,
+    /// Angular velocities in rad/My, by id from 1 on, if the start says any.
+    rotations: Option<Vec<DVec3>>,
 }
 
 /// Fills a world that has [`SimulationPlugins`](super::SimulationPlugins) with the first moment of a
@@ -51,7 +58,8 @@ struct Moment {
 ///
 /// # Errors
 /// [`TectonicError::Recipe`] for an invalid recipe, [`TectonicError::Build`] if the points cannot be
-/// triangulated; the world is then as it was.
+/// triangulated, [`TectonicError::Import`] if an imported start is not there, as the resource
+/// [`ImportedWorld`], or cannot be used; the world is then as it was.
 pub fn populate(world: &mut World, recipe: &Recipe) -> Result<(), TectonicError> {
     recipe.validate()?;
     let sites = scatter(recipe);
@@ -63,17 +71,14 @@ pub fn populate(world: &mut World, recipe: &Recipe) -> Result<(), TectonicError>
         Start::FloodFill => cratons(recipe, &mesh, flood_fill::lay_out(recipe, &mesh), &area),
         Start::Voronoi => cratons(recipe, &mesh, voronoi::lay_out(recipe, &mesh), &area),
         Start::Hypsometric(hypsometry) => hypsometric(recipe, &mesh, hypsometry, &area),
+        Start::Image(image) => imported(recipe, &mesh, image, world.get_resource(), &area)?,
     };
     let mut ledger = Ledger::default();
 
-    let rotations: Vec<DVec3> = (0..u64::from(recipe.plates))
-        .map(|plate| {
-            let mut rng = streams::stream(recipe.seed, Purpose::Rotations, 0, plate);
-            let speed = FIRST_SPEEDS.start
-                + (FIRST_SPEEDS.end - FIRST_SPEEDS.start) * streams::unit(&mut rng);
-            streams::direction(&mut rng) * (speed / recipe.radius_km)
-        })
-        .collect();
+    let rotations = match moment.rotations {
+        Some(rotations) => rotations,
+        None => first_rotations(recipe),
+    };
     // A centre between two others may have got no ground.
     let mut ids = moment.plate.clone();
     ids.sort_unstable();
@@ -82,6 +87,7 @@ pub fn populate(world: &mut World, recipe: &Recipe) -> Result<(), TectonicError>
         let rotation = rotations[usize::from(id.0) - 1];
         world.spawn((Plate { id }, Rotation(rotation), PlateBorn(0.0)));
     }
+    let mut fastest = FIRST_SPEEDS.end;
     let mut rows = Vec::with_capacity(mesh.vertex_count());
     for v in 0..mesh.vertex_count() {
         let site = mesh.site(v as u32);
@@ -90,10 +96,12 @@ pub fn populate(world: &mut World, recipe: &Recipe) -> Result<(), TectonicError>
             ledger.initial_km3 += thickness * cell;
         }
         let rotation = rotations[usize::from(moment.plate[v].0) - 1];
+        let velocity = rotation.cross(site) * recipe.radius_km;
+        fastest = fastest.max(velocity.length());
         rows.push((
             SubPlate,
             Position(site.as_vec3()),
-            Velocity((rotation.cross(site) * recipe.radius_km).as_vec3()),
+            Velocity(velocity.as_vec3()),
             moment.plate[v],
             crust,
             Thickness(thickness),
@@ -103,12 +111,11 @@ pub fn populate(world: &mut World, recipe: &Recipe) -> Result<(), TectonicError>
         ));
     }
     world.spawn_batch(rows);
-    let fastest = FIRST_SPEEDS.end;
     world.insert_resource(Clock {
         fastest,
         ..default()
     });
-    world.insert_resource(NextPlateId(recipe.plates as u16 + 1));
+    world.insert_resource(NextPlateId(rotations.len() as u16 + 1));
     world.insert_resource(Topology(mesh));
     world.insert_resource(Splits {
         suspected: true,
@@ -117,7 +124,21 @@ pub fn populate(world: &mut World, recipe: &Recipe) -> Result<(), TectonicError>
     world.insert_resource(ledger);
     world.insert_resource(moment.sea);
     world.insert_resource(recipe.clone());
+    // Its heights are no longer needed.
+    world.remove_resource::<ImportedWorld>();
     Ok(())
+}
+
+/// Rotations about random poles, by plate.
+fn first_rotations(recipe: &Recipe) -> Vec<DVec3> {
+    (0..u64::from(recipe.plates))
+        .map(|plate| {
+            let mut rng = streams::stream(recipe.seed, Purpose::Rotations, 0, plate);
+            let speed = FIRST_SPEEDS.start
+                + (FIRST_SPEEDS.end - FIRST_SPEEDS.start) * streams::unit(&mut rng);
+            streams::direction(&mut rng) * (speed / recipe.radius_km)
+        })
+        .collect()
 }
 
 /// Cratons, blind to the plates, and a sea that leaves the wanted share dry.
@@ -151,6 +172,7 @@ fn cratons(
         sea: Sea::for_land_share(&ground.heights, area, recipe.land_share),
         plate: layout.plate,
         ground,
+        rotations: None,
     }
 }
 
@@ -174,7 +196,36 @@ fn hypsometric(
         sea: Sea::at_level(&ground.heights, area, 0.0),
         plate,
         ground,
+        rotations: None,
     }
+}
+
+/// What was read from a map.
+fn imported(
+    recipe: &Recipe,
+    mesh: &SphereMesh<EdgeState>,
+    image: &ImageStart,
+    world: Option<&ImportedWorld>,
+    area: &[MaterialArea],
+) -> Result<Moment, TectonicError> {
+    let Some(world) = world else {
+        return Err(TectonicError::import(
+            image.heights.as_str(),
+            "it was not read",
+            "read by the cargo feature `import`, or handed over to `History::imported`",
+        ));
+    };
+    let image::Imported {
+        plate,
+        ground,
+        rotations,
+    } = image::lay_out(recipe, image, world, mesh)?;
+    Ok(Moment {
+        sea: Sea::at_level(&ground.heights, area, 0.0),
+        plate,
+        ground,
+        rotations,
+    })
 }
 
 /// Fibonacci sphere (Yggdrasill): `y = 1 − 2i/(N − 1)`, `θ = 2π(2 − φ)i`, the index jittered, in an
