@@ -75,11 +75,11 @@ struct Flags {
     #[arg(long, value_name = "M", allow_hyphen_values = true)]
     highest: Option<f64>,
 
-    /// Outlines of the image's plates: a GeoJSON file of polygons
+    /// Outlines of the image's plates: a `GeoJSON` file of polygons
     #[arg(long, value_name = "FILE")]
     plate_polygons: Option<String>,
 
-    /// First motions of those plates: a JSON file, {"AF": {"lat": 12, "lon": -70, "deg_per_my": 0.6}}
+    /// First motions of those plates: a JSON file, `{"AF": {"lat": 12, "lon": -70, "deg_per_my": 0.6}}`
     #[arg(long, value_name = "FILE")]
     plate_rotations: Option<String>,
 

@@ -60,7 +60,7 @@ fn the_drawn_curve_is_shown() {
                 );
             } else if (elevation - drawn).abs() > 25.0 {
                 outside += 1;
-                assert!(elevation < -5100.0 || elevation > 5200.0);
+                assert!(!(-5100.0..=5200.0).contains(&elevation));
             }
         }
         let outside = f64::from(outside) / f64::from(SUB_PLATES);

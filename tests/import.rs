@@ -12,7 +12,8 @@ use std::path::Path;
 
 /// Continent in the test's picture: a disc in the west, a broad block with a mountain chain in the east.
 fn is_continent(lat: f64, lon: f64) -> bool {
-    let disc = direction_of(lat, lon).dot(direction_of(10.0, -90.0)) > 45_f64.to_radians().sin();
+    let disc =
+        direction_of(lat, lon).dot(direction_of(10.0, -90.0)) > core::f64::consts::FRAC_1_SQRT_2;
     disc || ((-25.0..55.0).contains(&lat) && (20.0..100.0).contains(&lon))
 }
 

@@ -1,4 +1,4 @@
-//! Starts from files: height maps as PNG, outlines of plates as GeoJSON, their motions as JSON.
+//! Starts from files: height maps as PNG, outlines of plates as `GeoJSON`, their motions as JSON.
 //!
 //! [`begin`] starts the history of any recipe, with the files it names. Planets in a game do so by
 //! themselves. [`read`] stops half-way, with plain data that can be changed before it goes to

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 /// in a recipe that `generate` reads are looked for beside that recipe first.
 ///
 /// For Earth, bring a relief such as ETOPO as a grey equirectangular picture, and the plates of Bird's
-/// PB2002 as GeoJSON with a table of Euler poles (no-net-rotation ones are best, since plates are
+/// PB2002 as `GeoJSON` with a table of Euler poles (no-net-rotation ones are best, since plates are
 /// dragged over the mantle):
 ///
 /// ```json
@@ -41,7 +41,7 @@ pub struct ImageStart {
     /// Height above the sea in m, −3,000 to 0, above which crust is continental. Earth's shelves break at
     /// 100 to 200 m of depth.
     pub shelf_edge_m: f64,
-    /// Path of a GeoJSON file with a polygon, or several, for each plate. A feature is named by its
+    /// Path of a `GeoJSON` file with a polygon, or several, for each plate. A feature is named by its
     /// property `plate`, `Code`, `code`, `name`, `PlateName` or `id`, or by its own id; features of one
     /// name are one plate. Without it plates are laid out as in a flood fill.
     pub plate_polygons: Option<String>,
@@ -210,7 +210,7 @@ pub struct ImportedPlate {
 }
 
 /// An outline and its holes: closed rings of longitude and latitude in degrees, sides straight on an
-/// equirectangular map, as in GeoJSON. What crosses 180° is cut there; what holds a pole follows the map's
+/// equirectangular map, as in `GeoJSON`. What crosses 180° is cut there; what holds a pole follows the map's
 /// edge.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlatePolygon(pub Vec<Vec<[f64; 2]>>);
