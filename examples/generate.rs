@@ -21,7 +21,11 @@ use std::{
 
 use bevy_tectonics::{
     export::{Maps, check_folder, write_history, write_planet},
-    simulation::{Drive, History, Outcome, Progress, Recipe, Start, StatisticsInterval},
+    import,
+    simulation::{
+        Drive, History, Hypsometry, ImageStart, ImportedWorld, Outcome, Progress, Recipe,
+        SimulationPlugins, Start, StatisticsInterval, Workers,
+    },
 };
 use clap::{Parser, error::ErrorKind};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -54,9 +58,30 @@ struct Flags {
     #[arg(long, value_name = "FOLDER", default_value = "target/planet")]
     out: PathBuf,
 
-    /// How the first plates are laid out: flood-fill or voronoi [default: the recipe's]
-    #[arg(long, value_name = "WAY", value_parser = kebab::<Start>)]
+    /// How the planet begins: flood-fill, voronoi, hypsometric (with Earth's curve) or image (see
+    /// --image); or what a recipe has there, in JSON [default: the recipe's]
+    #[arg(long, value_name = "WAY", value_parser = start)]
     start: Option<Start>,
+
+    /// Height map to begin with: a PNG, grey with 8 or 16 bits, equirectangular; means --start image
+    #[arg(long, value_name = "FILE")]
+    image: Option<String>,
+
+    /// Height of black in the image, in metres [default: the recipe's, or -32768]
+    #[arg(long, value_name = "M", allow_hyphen_values = true)]
+    lowest: Option<f64>,
+
+    /// Height of white in the image, in metres [default: the recipe's, or 32767]
+    #[arg(long, value_name = "M", allow_hyphen_values = true)]
+    highest: Option<f64>,
+
+    /// Outlines of the image's plates: a `GeoJSON` file of polygons
+    #[arg(long, value_name = "FILE")]
+    plate_polygons: Option<String>,
+
+    /// First motions of those plates: a JSON file, `{"AF": {"lat": 12, "lon": -70, "deg_per_my": 0.6}}`
+    #[arg(long, value_name = "FILE")]
+    plate_rotations: Option<String>,
 
     /// What moves plates: soft or rigid [default: the recipe's]
     #[arg(long, value_name = "WAY", value_parser = kebab::<Drive>)]
@@ -94,9 +119,10 @@ fn main() -> ExitCode {
         }
         Err(error) => error.exit(),
     };
-    match prepare(&flags) {
+    let prepared = prepare(&flags).and_then(|(recipe, maps)| Ok((world(&recipe)?, recipe, maps)));
+    match prepared {
         Err(message) => fail(2, &message),
-        Ok((recipe, maps)) => grow(&flags, recipe, &maps)
+        Ok((world, recipe, maps)) => grow(&flags, recipe, world, &maps)
             .map_or_else(|message| fail(1, &message), |()| ExitCode::SUCCESS),
     }
 }
@@ -126,9 +152,55 @@ fn recipe(flags: &Flags) -> Result<Recipe, String> {
         recipe = recipe.with_sub_plates(sub_plates);
     }
     recipe.duration_my = flags.duration.unwrap_or(recipe.duration_my);
-    recipe.start = flags.start.unwrap_or(recipe.start);
+    recipe.start = begin(flags, recipe.start)?;
     recipe.drive = flags.drive.unwrap_or(recipe.drive);
     Ok(recipe)
+}
+
+/// The start that the flags ask for, beginning with that of the recipe.
+fn begin(flags: &Flags, recipe: Start) -> Result<Start, String> {
+    let named = match &flags.start {
+        // Its name alone keeps what the recipe says of it.
+        Some(Start::Image(image)) if *image == ImageStart::default() => match recipe {
+            Start::Image(image) => Start::Image(image),
+            _ => Start::Image(ImageStart::default()),
+        },
+        Some(start) => start.clone(),
+        None => recipe,
+    };
+    let mut image = match (named, &flags.image) {
+        (Start::Image(image), _) => image,
+        (_, Some(_)) if flags.start.is_none() => ImageStart::default(),
+        (other, _) => {
+            let own = [
+                ("--image", flags.image.is_some()),
+                ("--lowest", flags.lowest.is_some()),
+                ("--highest", flags.highest.is_some()),
+                ("--plate-polygons", flags.plate_polygons.is_some()),
+                ("--plate-rotations", flags.plate_rotations.is_some()),
+            ];
+            return match own.into_iter().find(|(_, given)| *given) {
+                Some((flag, _)) => Err(format!("{flag} is of no use without --start image")),
+                None => Ok(other),
+            };
+        }
+    };
+    image.heights = flags.image.clone().unwrap_or(image.heights);
+    image.lowest_m = flags.lowest.unwrap_or(image.lowest_m);
+    image.highest_m = flags.highest.unwrap_or(image.highest_m);
+    image.plate_polygons = flags.plate_polygons.clone().or(image.plate_polygons);
+    image.plate_rotations = flags.plate_rotations.clone().or(image.plate_rotations);
+    Ok(Start::Image(image))
+}
+
+/// Reads the files that the start is imported from.
+fn world(recipe: &Recipe) -> Result<Option<ImportedWorld>, String> {
+    match &recipe.start {
+        Start::Image(image) => import::read(image)
+            .map(Some)
+            .map_err(|error| error.to_string()),
+        _ => Ok(None),
+    }
 }
 
 /// Reads a recipe, or the recipe of a planet that was written before.
@@ -140,16 +212,31 @@ fn read_recipe(path: &Path) -> Result<Recipe, String> {
     if let Some(inner) = value.get_mut("recipe") {
         value = inner.take();
     }
-    serde_json::from_value(value).map_err(|error| wrong(&error))
+    let mut recipe: Recipe = serde_json::from_value(value).map_err(|error| wrong(&error))?;
+    if let (Start::Image(image), Some(folder)) = (&recipe.start, path.parent()) {
+        recipe.start = Start::Image(import::beside(folder, image));
+    }
+    Ok(recipe)
 }
 
-fn grow(flags: &Flags, recipe: Recipe, maps: &Maps) -> Result<(), String> {
+fn grow(
+    flags: &Flags,
+    recipe: Recipe,
+    world: Option<ImportedWorld>,
+    maps: &Maps,
+) -> Result<(), String> {
     let text = |error: &dyn Display| error.to_string();
     // Before the long run: a planet that cannot be written is not worth growing.
     check_folder(&flags.out).map_err(|error| text(&error))?;
     let started = Instant::now();
     let duration = recipe.duration_my;
-    let mut history = History::with_threads(recipe, maps.threads).map_err(|error| text(&error))?;
+    let history = match world {
+        Some(world) => History::imported(recipe, world, SimulationPlugins),
+        None => History::new(recipe),
+    };
+    let mut history = history.map_err(|error| text(&error))?;
+    let workers = Workers::new(maps.threads);
+    history.world_mut().insert_resource(workers);
     if let Some(interval_my) = flags.history {
         let world = history.world_mut();
         world.insert_resource(StatisticsInterval(interval_my));
@@ -334,6 +421,18 @@ fn threads(text: &str) -> Result<usize, String> {
     )
 }
 
+/// A start by its name alone, or as a recipe states it.
+fn start(text: &str) -> Result<Start, String> {
+    match text {
+        "hypsometric" => Ok(Start::Hypsometric(Hypsometry::default())),
+        "image" => Ok(Start::Image(ImageStart::default())),
+        json if json.starts_with('{') => {
+            serde_json::from_str(json).map_err(|error| error.to_string())
+        }
+        name => kebab(name),
+    }
+}
+
 /// A choice by the name it has in a recipe.
 fn kebab<T: DeserializeOwned>(text: &str) -> Result<T, String> {
     serde_json::from_value(Value::from(text)).map_err(|error| error.to_string())
@@ -392,6 +491,74 @@ mod tests {
             let line = message.lines().next().unwrap();
             assert!(line.contains(flag) && line.contains(expected), "{line}");
         }
+    }
+
+    #[test]
+    fn starts_are_names_or_json() {
+        let start = |text: &str| prepare(&parse(&["--start", text]).unwrap()).map(|(r, _)| r.start);
+        assert_eq!(start("voronoi"), Ok(Start::Voronoi));
+        let earth = Hypsometry::default();
+        assert_eq!(start("hypsometric"), Ok(Start::Hypsometric(earth)));
+        let curve = Hypsometry::Curve(vec![(0.0, -5000.0), (1.0, 2000.0)]);
+        assert_eq!(
+            start(r#"{"hypsometric": {"curve": [[0, -5000], [1, 2000]]}}"#),
+            Ok(Start::Hypsometric(curve))
+        );
+        let wrong = start(r#"{"hypsometric": {"curve": [[0, -5000]]}}"#).unwrap_err();
+        assert!(wrong.contains("curve.length is 1"), "{wrong}");
+    }
+
+    #[test]
+    fn an_image_has_flags_of_its_own() {
+        let start = |flags: &[&str]| prepare(&parse(flags).unwrap()).map(|(r, _)| r.start);
+        let image = ImageStart {
+            heights: "earth.png".into(),
+            lowest_m: -11_000.0,
+            plate_polygons: Some("plates.json".into()),
+            ..ImageStart::default()
+        };
+        let flags = ["--image", "earth.png", "--lowest", "-11000"];
+        let flags = [&flags[..], &["--plate-polygons", "plates.json"]].concat();
+        assert_eq!(start(&flags), Ok(Start::Image(image.clone())));
+        let named = [&flags[..], &["--start", "image"]].concat();
+        assert_eq!(start(&named), Ok(Start::Image(image)));
+        for wrong in [
+            &["--plate-polygons", "plates.json"][..],
+            &["--start", "voronoi", "--image", "earth.png"],
+        ] {
+            assert!(start(wrong).unwrap_err().contains("--start image"));
+        }
+        let (recipe, _) = prepare(&parse(&["--start", "image"]).unwrap()).unwrap();
+        assert!(
+            world(&recipe)
+                .unwrap_err()
+                .contains("start.image.heights is empty")
+        );
+        let (recipe, _) = prepare(&parse(&["--image", "no-such.png"]).unwrap()).unwrap();
+        assert!(world(&recipe).unwrap_err().contains("no-such.png"));
+    }
+
+    #[test]
+    fn files_beside_a_recipe_are_found() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("recipe.json");
+        fs::write(folder.path().join("map.png"), "").unwrap();
+        let text =
+            r#"{"start": {"image": {"heights": "map.png", "plate_polygons": "elsewhere.json"}}}"#;
+        fs::write(&path, text).unwrap();
+        let flags = parse(&["--recipe", path.to_str().unwrap()]).unwrap();
+        let Ok((
+            Recipe {
+                start: Start::Image(image),
+                ..
+            },
+            _,
+        )) = prepare(&flags)
+        else {
+            panic!("no image");
+        };
+        assert_eq!(Path::new(&image.heights), folder.path().join("map.png"));
+        assert_eq!(image.plate_polygons.as_deref(), Some("elsewhere.json"));
     }
 
     #[test]

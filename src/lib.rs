@@ -61,6 +61,8 @@
 //!   [`History::state_hash`](simulation::History::state_hash),
 //!   [`TectonicError`](simulation::TectonicError)
 //! * **Maps**: `export` (a cargo feature)
+//! * **Planets that begin as Earth, or as a map you drew**: `import` (a cargo feature),
+//!   [`ImageStart`](simulation::ImageStart), [`ImportedWorld`](simulation::ImportedWorld)
 //! * **The sphere**: [`SphereMesh`](mesh::SphereMesh), usable without Bevy's ECS
 //!
 //! # Cargo features
@@ -69,6 +71,7 @@
 //! |---|---|---|
 //! | `render` | yes | planets and overlays in a Bevy scene |
 //! | `export` | yes | equirectangular maps, the coloured relief map, `planet.json` and `history.csv` |
+//! | `import` | with `export` | starts read from height maps and outlines of plates |
 //! | `window` | yes | what the examples need to open a window |
 //! | `editor` | no | a control panel with `bevy_egui` |
 //!
@@ -83,6 +86,8 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 pub mod editor;
 #[cfg(feature = "export")]
 pub mod export;
+#[cfg(feature = "import")]
+pub mod import;
 pub mod mesh;
 pub mod planet;
 #[cfg(feature = "render")]

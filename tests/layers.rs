@@ -112,6 +112,15 @@ fn the_simulation_knows_no_files_and_no_pictures() {
 }
 
 #[test]
+fn what_reads_files_knows_histories_alone() {
+    assert_never_names_rooms(
+        "import",
+        &["surface", "planet", "render", "editor", "export"],
+    );
+    assert_never_names_rooms("simulation", &["import"]);
+}
+
+#[test]
 fn upper_rooms_stay_apart() {
     const UPPER: [&str; 3] = ["export", "render", "editor"];
     for folder in ["surface", "planet"] {

@@ -2,7 +2,7 @@
 
 use bevy::reflect::GetPath;
 use bevy_tectonics::prelude::*;
-use bevy_tectonics::simulation::{Drive, Start};
+use bevy_tectonics::simulation::{Drive, Hypsometry, ImageStart, Normals, Start};
 use proptest::{prelude::*, test_runner::RngSeed};
 
 /// A constant as its declaration states it.
@@ -195,6 +195,39 @@ mod json {
     }
 
     #[test]
+    fn starts_survive_json() {
+        let curve = Hypsometry::Curve(vec![(0.0, -6000.5), (0.1 + 0.2, 0.0), (1.0, 4000.0)]);
+        for (start, text) in [
+            (Start::FloodFill, r#""flood-fill""#),
+            (
+                Start::Hypsometric(curve),
+                r#"{"hypsometric":{"curve":[[0.0,-6000.5],[0.30000000000000004,0.0],[1.0,4000.0]]}}"#,
+            ),
+        ] {
+            assert_eq!(serde_json::to_string(&start).unwrap(), text);
+            assert_eq!(serde_json::from_str::<Start>(text).unwrap(), start);
+        }
+        let earth: Start =
+            serde_json::from_str(r#"{"hypsometric": {"normals": {"ocean_share": 0.5}}}"#).unwrap();
+        let Start::Hypsometric(Hypsometry::Normals(normals)) = earth else {
+            panic!("{earth:?}");
+        };
+        assert_eq!(
+            (normals.ocean_share, normals.land),
+            (0.5, Normals::default().land)
+        );
+        let image = ImageStart {
+            heights: "earth.png".into(),
+            sea_level_m: 0.1 + 0.2,
+            plate_polygons: Some("plates.json".into()),
+            ..ImageStart::default()
+        };
+        let start = Start::Image(image);
+        let text = serde_json::to_string(&start).unwrap();
+        assert_eq!(serde_json::from_str::<Start>(&text).unwrap(), start);
+    }
+
+    #[test]
     fn what_json_leaves_out_is_default() {
         let recipe: Recipe = serde_json::from_str(
             r#"{"seed": 7, "start": "voronoi", "constants": {"step": {"courant": 0.3}}}"#,
@@ -219,6 +252,11 @@ mod json {
             (r#"{"constants": {"stpe": {}}}"#, "stpe"),
             (r#"{"constants": {"step": {"curant": 0.3}}}"#, "curant"),
             (r#"{"start": "random"}"#, "random"),
+            (r#"{"start": {"image": {"hights": "x"}}}"#, "hights"),
+            (
+                r#"{"start": {"hypsometric": {"normals": {"sea": 1}}}}"#,
+                "sea",
+            ),
         ] {
             let error = serde_json::from_str::<Recipe>(text).unwrap_err();
             assert!(error.to_string().contains(unknown), "{error}");
@@ -240,7 +278,22 @@ fn recipes() -> impl Strategy<Value = Recipe> {
             (Just(domain.path), 0.0..1.0, value)
         })
         .collect();
-    let start = prop_oneof![Just(Start::FloodFill), Just(Start::Voronoi)];
+    let curve = (within(-12_000.0, 12_000.0), within(0.0, 12_000.0)).prop_map(|(low, relief)| {
+        let high = (low + relief).min(12_000.0);
+        Start::Hypsometric(Hypsometry::Curve(vec![(0.0, low), (1.0, high)]))
+    });
+    let normals = within(0.1, 1.0).prop_map(|ocean_share| {
+        Start::Hypsometric(Hypsometry::Normals(Normals {
+            ocean_share,
+            ..Normals::default()
+        }))
+    });
+    let start = prop_oneof![
+        4 => Just(Start::FloodFill),
+        4 => Just(Start::Voronoi),
+        1 => curve,
+        2 => normals,
+    ];
     let drive = prop_oneof![Just(Drive::Soft), Just(Drive::Rigid)];
     // How many of the constants are not their defaults.
     let wild = prop_oneof![Just(0.0), Just(0.05), Just(0.3), Just(1.0)];

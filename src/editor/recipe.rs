@@ -3,7 +3,7 @@
 use super::figures::whole;
 use super::{constants, look, time::sentence};
 use crate::planet::{Planet, Regrowth};
-use crate::simulation::{Drive, Recipe, Start};
+use crate::simulation::{Drive, Hypsometry, ImageStart, Recipe, Start};
 use bevy_egui::egui::{TextEdit, Ui};
 use core::hash::{BuildHasher, Hasher};
 
@@ -215,33 +215,34 @@ fn form(ui: &mut Ui, recipe: &mut Recipe) -> bool {
                 .suffix(" km")
         })
     });
-    edited |= look::row(ui, "Start", "Layout of the first plates.", |ui| {
-        let flood = "Plates grow from random seeds, one shuffled frontier a round.";
-        let voronoi = "Cells of random centres, their boundaries bent by noise.";
-        look::choose(
-            ui,
-            &mut recipe.start,
-            &[
-                (Start::FloodFill, "Flood fill", flood),
-                (Start::Voronoi, "Voronoi", voronoi),
-            ],
-        )
+    edited |= look::row(ui, "Start", "Layout of the first moment.", |ui| {
+        start(ui, &mut recipe.start)
     });
+    if let Start::Image(image) = &mut recipe.start {
+        let hint = "Path of the PNG. Black is −32,768 m and white 32,767 m, as in elevation.png, unless \
+                    the recipe says otherwise.";
+        edited |= look::row(ui, "Height map", hint, |ui| {
+            let edit = TextEdit::singleline(&mut image.heights).desired_width(ui.available_width());
+            ui.add(edit).changed()
+        });
+    }
     let most = recipe.most_plates().min(*Recipe::PLATES.end());
     let hint = "Number of plates at the start: at most one for every 20 sub-plates.";
     edited |= look::row(ui, "Plates", hint, |ui| {
         let range = *Recipe::PLATES.start()..=most;
         look::slider(ui, &mut recipe.plates, range, |s| s)
     });
-    let hint = "Share of the sphere that is continental crust at the start. Earth's is 41 %.";
-    edited |= look::row(ui, "Continents", hint, |ui| {
-        look::share(ui, &mut recipe.continental_share, Recipe::SHARES)
-    });
-    let hint = "Share of the sphere that is dry at the start; it fixes the volume of the sea. Earth's \
-                is 29 %.";
-    edited |= look::row(ui, "Land", hint, |ui| {
-        look::share(ui, &mut recipe.land_share, Recipe::SHARES)
-    });
+    if recipe.start.reads_shares() {
+        let hint = "Share of the sphere that is continental crust at the start. Earth's is 41 %.";
+        edited |= look::row(ui, "Continents", hint, |ui| {
+            look::share(ui, &mut recipe.continental_share, Recipe::SHARES)
+        });
+        let hint = "Share of the sphere that is dry at the start; it fixes the volume of the sea. Earth's \
+                    is 29 %.";
+        edited |= look::row(ui, "Land", hint, |ui| {
+            look::share(ui, &mut recipe.land_share, Recipe::SHARES)
+        });
+    }
     edited |= look::row(ui, "Drive", "What turns the plates.", |ui| {
         let soft = "Torque balance of the forces at the boundaries, with soft margins.";
         let rigid = "The same balance on exactly rigid plates.";
@@ -252,6 +253,37 @@ fn form(ui: &mut Ui, recipe: &mut Recipe) -> bool {
         )
     });
     edited
+}
+
+/// The ways to lay out a first moment; what a way has of its own is Earth's until a recipe says more.
+fn start(ui: &mut Ui, start: &mut Start) -> bool {
+    let mut way = match start {
+        Start::FloodFill => 0,
+        Start::Voronoi => 1,
+        Start::Hypsometric(_) => 2,
+        Start::Image(_) => 3,
+    };
+    let flood = "Plates grow from random seeds, one shuffled frontier a round.";
+    let voronoi = "Cells of random centres, their boundaries bent by noise.";
+    let curve = "Continents from random great circles, as high as a hypsometric curve says: Earth's, or \
+                 that of the recipe.";
+    let image = "An imported height map: a PNG, grey, equirectangular.";
+    let ways = [
+        (0, "Flood fill", flood),
+        (1, "Voronoi", voronoi),
+        (2, "Curve", curve),
+        (3, "Image", image),
+    ];
+    let changed = look::choose(ui, &mut way, &ways);
+    if changed {
+        *start = match way {
+            0 => Start::FloodFill,
+            1 => Start::Voronoi,
+            2 => Start::Hypsometric(Hypsometry::default()),
+            _ => Start::Image(ImageStart::default()),
+        };
+    }
+    changed
 }
 
 /// Reads a number with or without separators.

@@ -283,6 +283,6 @@ fn looking_changes_nothing_and_clicking_does() {
     let start = app
         .world()
         .get::<Planet>(planet)
-        .map(|planet| planet.recipe.start);
+        .map(|planet| planet.recipe.start.clone());
     assert_eq!(start, Some(crate::simulation::Start::Voronoi));
 }

@@ -228,7 +228,7 @@ impl Worker {
             return Ok(Work::Over);
         }
         let Some(history) = &mut self.history else {
-            let history = History::with_plugins(self.recipe.clone(), (self.stages.0)())?;
+            let history = begin(&self.recipe, (self.stages.0)())?;
             self.desk.watch(history.cancellation());
             self.history = Some(history);
             if orders.publish || orders.end_my <= 0.0 {
@@ -296,6 +296,14 @@ impl Worker {
             report.stage_seconds = stage_seconds;
         });
     }
+}
+
+/// The first moment of a recipe, with the files it names.
+fn begin(recipe: &Recipe, stages: PluginGroupBuilder) -> Result<History, TectonicError> {
+    #[cfg(feature = "import")]
+    return crate::import::begin(recipe.clone(), stages);
+    #[cfg(not(feature = "import"))]
+    History::with_plugins(recipe.clone(), stages)
 }
 
 impl Drop for Worker {

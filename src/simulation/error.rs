@@ -16,6 +16,16 @@ pub enum TectonicError {
         /// What is allowed, with the unit.
         allowed: String,
     },
+    /// Something that a start is imported from cannot be used.
+    #[error("{what}: {found}, but must be {allowed}")]
+    Import {
+        /// Path of the file, or the part of the imported world.
+        what: String,
+        /// What was found there.
+        found: String,
+        /// What is allowed.
+        allowed: String,
+    },
     /// The starting points could not be triangulated.
     #[error("the start could not be triangulated: {0}")]
     Build(String),
@@ -103,4 +113,19 @@ pub enum TectonicError {
         /// When, in My.
         time_my: f64,
     },
+}
+
+impl TectonicError {
+    /// An [`Import`](Self::Import) error.
+    pub(crate) fn import(
+        what: impl Into<String>,
+        found: impl Into<String>,
+        allowed: impl Into<String>,
+    ) -> Self {
+        Self::Import {
+            what: what.into(),
+            found: found.into(),
+            allowed: allowed.into(),
+        }
+    }
 }

@@ -8,7 +8,7 @@ use super::{
     plugin::SimulationPlugins,
     recipe::Recipe,
     schedule::{Cancellation, StageTimings, StepFailure, TectonicStep, TectonicSystems},
-    start,
+    start::{self, ImportedWorld},
     statistics::{self, Statistics, StatisticsHistory, StatisticsInterval},
     surface::Surface,
     workers::Workers,
@@ -60,7 +60,8 @@ impl History {
     ///
     /// # Errors
     /// [`TectonicError::Recipe`] for an invalid recipe, [`TectonicError::Build`] if its points
-    /// cannot be triangulated.
+    /// cannot be triangulated, [`TectonicError::Import`] for a start that must be
+    /// [`imported`](Self::imported).
     pub fn new(recipe: Recipe) -> Result<Self, TectonicError> {
         Self::with_plugins(recipe, SimulationPlugins)
     }
@@ -82,13 +83,53 @@ impl History {
     /// # Errors
     /// As [`new`](Self::new).
     pub fn with_plugins(recipe: Recipe, plugins: impl PluginGroup) -> Result<Self, TectonicError> {
+        Self::begin(&recipe, plugins, None)
+    }
+
+    /// The start of a planet that was made elsewhere, for a recipe with [`Start::Image`](super::Start::Image). The
+    /// cargo feature `import` reads such a world from files; here it may come from anywhere.
+    ///
+    /// ```
+    /// use bevy_tectonics::prelude::*;
+    /// use bevy_tectonics::simulation::{HeightMap, ImageStart, ImportedWorld, Start};
+    ///
+    /// let mut recipe = Recipe::earth_like(7).with_sub_plates(500);
+    /// recipe.start = Start::Image(ImageStart::default());
+    /// let row = |y: usize| (0..64).map(move |x| if x < 24 && y > 8 { 300.0 } else { -4000.0 });
+    /// let world = ImportedWorld {
+    ///     heights: HeightMap::new(64, (0..32).flat_map(row).collect())?,
+    ///     plates: Vec::new(),
+    /// };
+    /// let mut history = History::imported(recipe, world, SimulationPlugins)?;
+    /// assert!(history.statistics()?.land_share > 0.2);
+    /// # Ok::<(), TectonicError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), and [`TectonicError::Import`] if the world cannot be used.
+    pub fn imported(
+        recipe: Recipe,
+        imported: ImportedWorld,
+        plugins: impl PluginGroup,
+    ) -> Result<Self, TectonicError> {
+        Self::begin(&recipe, plugins, Some(imported))
+    }
+
+    fn begin(
+        recipe: &Recipe,
+        plugins: impl PluginGroup,
+        imported: Option<ImportedWorld>,
+    ) -> Result<Self, TectonicError> {
         recipe.validate()?;
         let mut app = App::empty();
         plugins.build().finish(&mut app);
         app.finish();
         app.cleanup();
         let mut world = core::mem::take(app.world_mut());
-        start::populate(&mut world, &recipe)?;
+        if let Some(imported) = imported {
+            world.insert_resource(imported);
+        }
+        start::populate(&mut world, recipe)?;
         if world
             .get_resource::<StatisticsInterval>()
             .is_some_and(|interval| interval.is_set())

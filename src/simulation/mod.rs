@@ -54,7 +54,10 @@ pub use schedule::{
 };
 pub use sea::Sea;
 pub use stages::{Mantle, Splits, sea_floor_depth};
-pub use start::populate;
+pub use start::{
+    Column, EulerRotation, HeightMap, Hypsometry, ImageStart, ImportedPlate, ImportedWorld, Normal,
+    Normals, PlatePolygon, populate,
+};
 pub use statistics::{
     Gathering, Measure, Statistics, StatisticsHistory, StatisticsInterval, StatisticsPlugin,
 };

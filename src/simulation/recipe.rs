@@ -1,6 +1,10 @@
 //! What a planet is grown from.
 
-use super::{constants::Constants, error::TectonicError};
+use super::{
+    constants::Constants,
+    error::TectonicError,
+    start::{Hypsometry, ImageStart},
+};
 use bevy::prelude::*;
 use core::ops::RangeInclusive;
 use serde::{Deserialize, Serialize};
@@ -12,8 +16,8 @@ const FEWEST_PER_PLATE: u32 = 20;
 /// Largest number of sub-plates.
 pub const MOST_SUB_PLATES: u32 = 2_000_000;
 
-/// How the plates of a new world are laid out.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, Reflect)]
+/// How a new world is laid out.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, Reflect)]
 #[serde(rename_all = "kebab-case")]
 pub enum Start {
     /// Plates grow from random seeds, one shuffled frontier a round (Yggdrasill).
@@ -21,6 +25,30 @@ pub enum Start {
     FloodFill,
     /// Cells of random centres under noise-warped distance (Cortial et al. 2019, section 3).
     Voronoi,
+    /// Continents from random great circles, matched to a hypsometric curve; plates as in
+    /// [`FloodFill`](Self::FloodFill) (Tectonics.js). The curve says how much is continent and how much
+    /// is land: the recipe's shares of both are not read.
+    Hypsometric(Hypsometry),
+    /// An imported height map, with the outlines and motions of plates where there are any. Files are
+    /// read by the cargo feature `import`; see [`History::imported`](super::History::imported).
+    Image(ImageStart),
+}
+
+impl Start {
+    /// Whether it reads the recipe's [`continental_share`](Recipe::continental_share) and
+    /// [`land_share`](Recipe::land_share).
+    #[must_use]
+    pub fn reads_shares(&self) -> bool {
+        matches!(self, Self::FloodFill | Self::Voronoi)
+    }
+
+    fn validate(&self) -> Result<(), TectonicError> {
+        match self {
+            Self::FloodFill | Self::Voronoi => Ok(()),
+            Self::Hypsometric(hypsometry) => hypsometry.validate(),
+            Self::Image(image) => image.validate(),
+        }
+    }
 }
 
 /// What turns the plates.
@@ -47,7 +75,7 @@ pub struct Recipe {
     pub duration_my: f64,
     /// Radius in km, 500 to 50,000. Earth's is 6,371.
     pub radius_km: f64,
-    /// Layout of the first plates.
+    /// Layout of the first moment.
     pub start: Start,
     /// Number of plates at the start, 2 to 200.
     pub plates: u32,
@@ -138,21 +166,6 @@ impl Recipe {
     /// # Errors
     /// [`TectonicError::Recipe`] with the first offending value and what is allowed.
     pub fn validate(&self) -> Result<(), TectonicError> {
-        fn within<T: PartialOrd + core::fmt::Display>(
-            field: &str,
-            value: T,
-            range: RangeInclusive<T>,
-            unit: &str,
-        ) -> Result<(), TectonicError> {
-            if range.contains(&value) {
-                return Ok(());
-            }
-            Err(TectonicError::Recipe {
-                field: field.into(),
-                value: value.to_string(),
-                allowed: format!("between {} and {}{unit}", range.start(), range.end()),
-            })
-        }
         within("sub_plates", self.sub_plates, Self::SUB_PLATES, "")?;
         within("duration_my", self.duration_my, Self::DURATION_MY, " My")?;
         within("radius_km", self.radius_km, Self::RADIUS_KM, " km")?;
@@ -174,6 +187,24 @@ impl Recipe {
             "",
         )?;
         within("land_share", self.land_share, Self::SHARES, "")?;
+        self.start.validate()?;
         self.constants.validate()
     }
+}
+
+/// Refuses a value outside its range.
+pub(super) fn within<T: PartialOrd + core::fmt::Display>(
+    field: &str,
+    value: T,
+    range: RangeInclusive<T>,
+    unit: &str,
+) -> Result<(), TectonicError> {
+    if range.contains(&value) {
+        return Ok(());
+    }
+    Err(TectonicError::Recipe {
+        field: field.into(),
+        value: value.to_string(),
+        allowed: format!("between {} and {}{unit}", range.start(), range.end()),
+    })
 }

@@ -28,6 +28,11 @@ impl Sea {
                 break;
             }
         }
+        Self::at_level(heights, area, level)
+    }
+
+    /// The sea whose surface stands at a level in m above the reference level.
+    pub(crate) fn at_level(heights: &[f64], area: &[MaterialArea], level: f64) -> Self {
         let mut sea = Self {
             mean_depth: 0.0,
             level,

@@ -8,7 +8,7 @@
 use super::super::{
     clock::Clock,
     columns::Columns,
-    constants::ErosionConstants,
+    constants::{Constants, ErosionConstants},
     error::TectonicError,
     ledger::Ledger,
     reach::reach,
@@ -249,6 +249,26 @@ pub fn sea_floor_depth(age_my: f64) -> f64 {
     }
 }
 
+/// Height of sea floor in m above the reference level, by its age in My, its thickness in km, the wedge
+/// of sediment at the foot of a margin and the depth of a trench, both in m.
+pub(in crate::simulation) fn sea_floor_height(
+    constants: &Constants,
+    age: f64,
+    thickness: f64,
+    rise: f64,
+    trench: f64,
+) -> f64 {
+    let erosion = &constants.erosion;
+    let sediment = (erosion.sediment_rate * age.max(0.0)).min(erosion.sediment_thickest);
+    let floor = -sea_floor_depth(age)
+        + erosion.isostasy * (thickness - NORMAL_OCEANIC)
+        + sediment
+        + rise * (age / 60.0).clamp(0.0, 1.0)
+        - trench;
+    // Sea floor that arcs or sediment raised comes up to the sea, not above a plain.
+    floor.min(continental_height(erosion, constants.uplift.arc_accretion).max(0.0))
+}
+
 /// Derives every elevation from thickness, age, trenches and the sea.
 pub(in crate::simulation) fn settle(
     recipe: Res<Recipe>,
@@ -283,15 +303,8 @@ pub(in crate::simulation) fn settle(
                 return continental_height(constants, thickness[v].0) - f64::from(trench[v].0);
             }
             let age = clock.time_my - f64::from(created[v].0);
-            let sediment =
-                (constants.sediment_rate * age.max(0.0)).min(constants.sediment_thickest);
-            let floor = -sea_floor_depth(age)
-                + constants.isostasy * (thickness[v].0 - NORMAL_OCEANIC)
-                + sediment
-                + rise[v] * (age / 60.0).clamp(0.0, 1.0)
-                - f64::from(trench[v].0);
-            // Sea floor that arcs or sediment raised comes up to the sea, not above a plain.
-            floor.min(continental_height(constants, recipe.constants.uplift.arc_accretion).max(0.0))
+            let trench = f64::from(trench[v].0);
+            sea_floor_height(&recipe.constants, age, thickness[v].0, rise[v], trench)
         })
         .collect();
     sea.settle(&heights, area);
@@ -302,7 +315,7 @@ pub(in crate::simulation) fn settle(
 }
 
 /// Thickness of the wedge of sediment at the foot of passive margins, in m, full when it is old.
-fn continental_rise(
+pub(in crate::simulation) fn continental_rise(
     recipe: &Recipe,
     mesh: &SphereMesh<EdgeState>,
     plate: &[PlateId],

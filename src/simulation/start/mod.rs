@@ -1,8 +1,20 @@
 //! From a recipe to the first moment of a world.
 
+mod column;
 mod continents;
 mod flood_fill;
+mod great_circles;
+mod hypsometry;
+mod image;
+mod imported;
+mod relief;
 mod voronoi;
+
+pub use column::Column;
+pub use hypsometry::{Hypsometry, Normal, Normals};
+pub use imported::{
+    EulerRotation, HeightMap, ImageStart, ImportedPlate, ImportedWorld, PlatePolygon,
+};
 
 use super::{
     clock::Clock,
@@ -19,6 +31,7 @@ use super::{
 use crate::mesh::{SphereMesh, hilbert_order};
 use bevy::prelude::*;
 use glam::DVec3;
+use relief::Ground;
 
 /// Speeds of the first plates in km/My; the torque balance takes over within a few My.
 const FIRST_SPEEDS: core::ops::Range<f64> = 10.0..60.0;
@@ -30,86 +43,79 @@ struct Layout {
     age: Vec<f64>,
 }
 
+/// The first moment of every sub-plate.
+struct Moment {
+    plate: Vec<PlateId>,
+    ground: Ground,
+    sea: Sea,
+    /// Angular velocities in rad/My, by id from 1 on, if the start says any.
+    rotations: Option<Vec<DVec3>>,
+}
+
 /// Fills a world that has [`SimulationPlugins`](super::SimulationPlugins) with the first moment of a
 /// planet. From then on every run of [`TectonicStep`](super::TectonicStep) is a step of its history.
 /// [`History`](super::History) does this for you in a world of its own.
 ///
 /// # Errors
 /// [`TectonicError::Recipe`] for an invalid recipe, [`TectonicError::Build`] if the points cannot be
-/// triangulated; the world is then as it was.
+/// triangulated, [`TectonicError::Import`] if an imported start is not there, as the resource
+/// [`ImportedWorld`], or cannot be used; the world is then as it was.
 pub fn populate(world: &mut World, recipe: &Recipe) -> Result<(), TectonicError> {
     recipe.validate()?;
     let sites = scatter(recipe);
     let mesh = SphereMesh::<EdgeState>::build(sites)
         .map_err(|error| TectonicError::Build(error.to_string()))?;
-    let layout = match recipe.start {
-        Start::FloodFill => flood_fill::lay_out(recipe, &mesh),
-        Start::Voronoi => voronoi::lay_out(recipe, &mesh),
-    };
-    let ground = continents::lay(recipe, &mesh);
-
-    let constants = &recipe.constants;
     let cell = recipe.cell_area_km2();
     let area = vec![MaterialArea(cell); mesh.vertex_count()];
-    let heights: Vec<f64> = (0..mesh.vertex_count())
-        .map(|v| match ground.thickness[v] {
-            Some(thickness) => continental_height(&constants.erosion, thickness),
-            None => -sea_floor_depth(layout.age[v]),
-        })
-        .collect();
-    let sea = Sea::for_land_share(&heights, &area, recipe.land_share);
+    let moment = match &recipe.start {
+        Start::FloodFill => cratons(recipe, &mesh, flood_fill::lay_out(recipe, &mesh), &area),
+        Start::Voronoi => cratons(recipe, &mesh, voronoi::lay_out(recipe, &mesh), &area),
+        Start::Hypsometric(hypsometry) => hypsometric(recipe, &mesh, hypsometry, &area),
+        Start::Image(image) => imported(recipe, &mesh, image, world.get_resource(), &area)?,
+    };
     let mut ledger = Ledger::default();
 
-    let rotations: Vec<DVec3> = (0..u64::from(recipe.plates))
-        .map(|plate| {
-            let mut rng = streams::stream(recipe.seed, Purpose::Rotations, 0, plate);
-            let speed = FIRST_SPEEDS.start
-                + (FIRST_SPEEDS.end - FIRST_SPEEDS.start) * streams::unit(&mut rng);
-            streams::direction(&mut rng) * (speed / recipe.radius_km)
-        })
-        .collect();
+    let rotations = match moment.rotations {
+        Some(rotations) => rotations,
+        None => first_rotations(recipe),
+    };
     // A centre between two others may have got no ground.
-    let mut ids = layout.plate.clone();
+    let mut ids = moment.plate.clone();
     ids.sort_unstable();
     ids.dedup();
     for id in ids {
         let rotation = rotations[usize::from(id.0) - 1];
         world.spawn((Plate { id }, Rotation(rotation), PlateBorn(0.0)));
     }
+    let mut fastest = FIRST_SPEEDS.end;
     let mut rows = Vec::with_capacity(mesh.vertex_count());
     for v in 0..mesh.vertex_count() {
         let site = mesh.site(v as u32);
-        let (crust, thickness, age) = match ground.thickness[v] {
-            Some(thickness) => {
-                ledger.initial_km3 += thickness * cell;
-                (Crust::Continental, thickness, ground.age[v])
-            }
-            None => (
-                Crust::Oceanic,
-                constants.ridges.oceanic_thickness,
-                layout.age[v],
-            ),
-        };
-        let rotation = rotations[usize::from(layout.plate[v].0) - 1];
+        let (crust, thickness) = (moment.ground.crust[v], moment.ground.thickness[v]);
+        if crust.is_continental() {
+            ledger.initial_km3 += thickness * cell;
+        }
+        let rotation = rotations[usize::from(moment.plate[v].0) - 1];
+        let velocity = rotation.cross(site) * recipe.radius_km;
+        fastest = fastest.max(velocity.length());
         rows.push((
             SubPlate,
             Position(site.as_vec3()),
-            Velocity((rotation.cross(site) * recipe.radius_km).as_vec3()),
-            layout.plate[v],
+            Velocity(velocity.as_vec3()),
+            moment.plate[v],
             crust,
             Thickness(thickness),
             MaterialArea(cell),
-            Created(-age as f32),
-            Elevation((heights[v] - sea.level) as f32),
+            Created(-moment.ground.age[v] as f32),
+            Elevation((moment.ground.heights[v] - moment.sea.level) as f32),
         ));
     }
     world.spawn_batch(rows);
-    let fastest = FIRST_SPEEDS.end;
     world.insert_resource(Clock {
         fastest,
         ..default()
     });
-    world.insert_resource(NextPlateId(recipe.plates as u16 + 1));
+    world.insert_resource(NextPlateId(rotations.len() as u16 + 1));
     world.insert_resource(Topology(mesh));
     world.insert_resource(Splits {
         suspected: true,
@@ -117,9 +123,110 @@ pub fn populate(world: &mut World, recipe: &Recipe) -> Result<(), TectonicError>
     });
     world.insert_resource(Mantle::new(recipe.seed));
     world.insert_resource(ledger);
-    world.insert_resource(sea);
+    world.insert_resource(moment.sea);
     world.insert_resource(recipe.clone());
+    // Its heights are no longer needed.
+    world.remove_resource::<ImportedWorld>();
     Ok(())
+}
+
+/// Rotations about random poles, by plate.
+fn first_rotations(recipe: &Recipe) -> Vec<DVec3> {
+    (0..u64::from(recipe.plates))
+        .map(|plate| {
+            let mut rng = streams::stream(recipe.seed, Purpose::Rotations, 0, plate);
+            let speed = FIRST_SPEEDS.start
+                + (FIRST_SPEEDS.end - FIRST_SPEEDS.start) * streams::unit(&mut rng);
+            streams::direction(&mut rng) * (speed / recipe.radius_km)
+        })
+        .collect()
+}
+
+/// Cratons, blind to the plates, and a sea that leaves the wanted share dry.
+fn cratons(
+    recipe: &Recipe,
+    mesh: &SphereMesh<EdgeState>,
+    layout: Layout,
+    area: &[MaterialArea],
+) -> Moment {
+    let continents = continents::lay(recipe, mesh);
+    let constants = &recipe.constants;
+    let mut ground = Ground {
+        crust: vec![Crust::Oceanic; layout.plate.len()],
+        thickness: vec![constants.ridges.oceanic_thickness; layout.plate.len()],
+        heights: layout
+            .age
+            .iter()
+            .map(|&age| -sea_floor_depth(age))
+            .collect(),
+        age: layout.age,
+    };
+    for (v, thickness) in continents.thickness.into_iter().enumerate() {
+        if let Some(thickness) = thickness {
+            ground.crust[v] = Crust::Continental;
+            ground.thickness[v] = thickness;
+            ground.age[v] = continents.age[v];
+            ground.heights[v] = continental_height(&constants.erosion, thickness);
+        }
+    }
+    Moment {
+        sea: Sea::for_land_share(&ground.heights, area, recipe.land_share),
+        plate: layout.plate,
+        ground,
+        rotations: None,
+    }
+}
+
+/// A surface with a wanted hypsometry. Plates are flooded from random seeds, blind to the continents:
+/// they come in unequal sizes and most carry both kinds of crust. Tectonics.js takes them from the
+/// age of the sea floor, which here follows from the depths that were drawn and has no history yet.
+fn hypsometric(
+    recipe: &Recipe,
+    mesh: &SphereMesh<EdgeState>,
+    hypsometry: &Hypsometry,
+    area: &[MaterialArea],
+) -> Moment {
+    let elevations = great_circles::elevations(recipe, hypsometry, mesh);
+    let crust = elevations
+        .iter()
+        .map(|&elevation| Column::at(elevation).crust())
+        .collect();
+    let plate = flood_fill::lay_out(recipe, mesh).plate;
+    let ground = relief::raise(recipe, mesh, &plate, &elevations, crust);
+    Moment {
+        sea: Sea::at_level(&ground.heights, area, 0.0),
+        plate,
+        ground,
+        rotations: None,
+    }
+}
+
+/// What was read from a map.
+fn imported(
+    recipe: &Recipe,
+    mesh: &SphereMesh<EdgeState>,
+    image: &ImageStart,
+    world: Option<&ImportedWorld>,
+    area: &[MaterialArea],
+) -> Result<Moment, TectonicError> {
+    let Some(world) = world else {
+        return Err(TectonicError::import(
+            image.heights.as_str(),
+            "it was not read",
+            "read by the cargo feature `import`, or handed over to `History::imported`",
+        ));
+    };
+    let image::Imported {
+        plate,
+        ground,
+        rotations,
+    } = image::lay_out(recipe, image, world, mesh)?;
+    Ok(Moment {
+        sea: Sea::at_level(&ground.heights, area, 0.0),
+        plate,
+        ground,
+        rotations,
+    })
 }
 
 /// Fibonacci sphere (Yggdrasill): `y = 1 − 2i/(N − 1)`, `θ = 2π(2 − φ)i`, the index jittered, in an

@@ -56,7 +56,7 @@ pub(super) fn lay_out(recipe: &Recipe, mesh: &SphereMesh<EdgeState>) -> Layout {
 }
 
 /// The warp cuts some cells: all but the largest piece of each join the plates around them.
-fn join_strays(mesh: &SphereMesh<EdgeState>, plate: &mut [PlateId]) {
+pub(super) fn join_strays(mesh: &SphereMesh<EdgeState>, plate: &mut [PlateId]) {
     loop {
         let Pieces { of, pieces } = pieces(mesh, plate);
         let mut size = vec![0_u32; pieces.len()];
