@@ -99,6 +99,8 @@ fn whatever_a_recipe_says_matters() {
     try_other(&|recipe| recipe.continental_share = 0.3);
     try_other(&|recipe| recipe.land_share = 0.2);
     try_other(&|recipe| recipe.drive = bevy_tectonics::simulation::Drive::Rigid);
+    try_other(&|recipe| recipe.drive = bevy_tectonics::simulation::Drive::Foundering);
+    try_other(&|recipe| recipe.drive = bevy_tectonics::simulation::Drive::Prescribed);
     try_other(&|recipe| recipe.constants.motion.slab_pull *= 1.1);
     let changes = hashes.len();
     hashes.sort_unstable();

@@ -107,6 +107,31 @@ fn rigid_plates() {
 }
 
 #[test]
+fn foundering_sea_floor() {
+    for (seed, sub_plates) in [(1, 1_500), (2, 2_500)] {
+        grow(Recipe {
+            drive: Drive::Foundering,
+            ..Recipe::earth_like(seed)
+                .with_sub_plates(sub_plates)
+                .with_duration(200.0)
+        });
+    }
+}
+
+#[test]
+fn prescribed_rotations() {
+    for (seed, start) in [(1, Start::FloodFill), (2, Start::Voronoi)] {
+        grow(Recipe {
+            start,
+            drive: Drive::Prescribed,
+            ..Recipe::earth_like(seed)
+                .with_sub_plates(1_500)
+                .with_duration(200.0)
+        });
+    }
+}
+
+#[test]
 fn uneven_meshes() {
     for (seed, drive) in [(9, Drive::Soft), (10, Drive::Rigid)] {
         let mut recipe = Recipe::earth_like(seed)

@@ -241,7 +241,12 @@ fn recipes() -> impl Strategy<Value = Recipe> {
         })
         .collect();
     let start = prop_oneof![Just(Start::FloodFill), Just(Start::Voronoi)];
-    let drive = prop_oneof![Just(Drive::Soft), Just(Drive::Rigid)];
+    let drive = prop_oneof![
+        Just(Drive::Soft),
+        Just(Drive::Rigid),
+        Just(Drive::Foundering),
+        Just(Drive::Prescribed)
+    ];
     // How many of the constants are not their defaults.
     let wild = prop_oneof![Just(0.0), Just(0.05), Just(0.3), Just(1.0)];
     let planet = (

@@ -245,10 +245,18 @@ fn form(ui: &mut Ui, recipe: &mut Recipe) -> bool {
     edited |= look::row(ui, "Drive", "What turns the plates.", |ui| {
         let soft = "Torque balance of the forces at the boundaries, with soft margins.";
         let rigid = "The same balance on exactly rigid plates.";
+        let foundering =
+            "Old sea floor founders and drags the mantle; plates are what moves alike.";
+        let prescribed = "Plates keep their rotations; slabs turn their axes.";
         look::choose(
             ui,
             &mut recipe.drive,
-            &[(Drive::Soft, "Soft", soft), (Drive::Rigid, "Rigid", rigid)],
+            &[
+                (Drive::Soft, "Soft", soft),
+                (Drive::Rigid, "Rigid", rigid),
+                (Drive::Foundering, "Foundering", foundering),
+                (Drive::Prescribed, "Prescribed", prescribed),
+            ],
         )
     });
     edited

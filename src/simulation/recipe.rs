@@ -32,6 +32,12 @@ pub enum Drive {
     Soft,
     /// The same balance on exactly rigid plates.
     Rigid,
+    /// Old sea floor founders and drags the mantle towards it; plates are what moves alike
+    /// (Tectonics.js).
+    Foundering,
+    /// Rigid plates keep the rotations they have; slabs turn their axes (Cortial et al. 2019,
+    /// section 4.1).
+    Prescribed,
 }
 
 /// Everything a planet is grown from. The same recipe grows the same planet, bit for bit.
