@@ -1,6 +1,7 @@
 //! Everything a planet promises holds after every step of long histories, and the planet stays alive.
 
 use bevy_tectonics::prelude::*;
+use bevy_tectonics::simulation::laws::{ErosionLaw, Laws, SeaFloorLaw, UpliftLaw};
 use bevy_tectonics::simulation::{Drive, Start};
 
 /// Grows a planet to its end with a check after every step, then looks whether it still lives.
@@ -128,6 +129,51 @@ fn prescribed_rotations() {
                 .with_sub_plates(1_500)
                 .with_duration(200.0)
         });
+    }
+}
+
+/// Published laws bring other heights than Earth's, but break no promise.
+#[test]
+fn published_laws() {
+    for (sea_floor, uplift, erosion) in [
+        (
+            SeaFloorLaw::ParsonsSclater,
+            UpliftLaw::Magma,
+            ErosionLaw::Rain,
+        ),
+        (
+            SeaFloorLaw::Cortial,
+            UpliftLaw::Cortial,
+            ErosionLaw::Cortial,
+        ),
+        (
+            SeaFloorLaw::Yggdrasill,
+            UpliftLaw::Magma,
+            ErosionLaw::Cortial,
+        ),
+    ] {
+        let mut recipe = Recipe::earth_like(3)
+            .with_sub_plates(1_000)
+            .with_duration(100.0);
+        recipe.laws = Laws {
+            sea_floor,
+            uplift,
+            erosion,
+        };
+        let mut history = History::new(recipe).unwrap();
+        while history.time_my() < 100.0 {
+            history.step().unwrap();
+            history.check().unwrap();
+        }
+        let now = history.statistics().unwrap();
+        assert!(
+            (0.05..0.6).contains(&now.land_share),
+            "{sea_floor:?}: {now:?}"
+        );
+        assert!(
+            (0.5..15.0).contains(&(now.highest_m / 1e3)),
+            "{sea_floor:?}: {now:?}"
+        );
     }
 }
 

@@ -3,6 +3,7 @@
 use super::figures::whole;
 use super::{constants, look, time::sentence};
 use crate::planet::{Planet, Regrowth};
+use crate::simulation::laws::{ErosionLaw, Laws, SeaFloorLaw, UpliftLaw};
 use crate::simulation::{Drive, Recipe, Start};
 use bevy_egui::egui::{TextEdit, Ui};
 use core::hash::{BuildHasher, Hasher};
@@ -242,6 +243,7 @@ fn form(ui: &mut Ui, recipe: &mut Recipe) -> bool {
     edited |= look::row(ui, "Land", hint, |ui| {
         look::share(ui, &mut recipe.land_share, Recipe::SHARES)
     });
+    edited |= laws(ui, &mut recipe.laws);
     edited |= look::row(ui, "Drive", "What turns the plates.", |ui| {
         let soft = "Torque balance of the forces at the boundaries, with soft margins.";
         let rigid = "The same balance on exactly rigid plates.";
@@ -258,6 +260,71 @@ fn form(ui: &mut Ui, recipe: &mut Recipe) -> bool {
                 (Drive::Prescribed, "Prescribed", prescribed),
             ],
         )
+    });
+    edited
+}
+
+fn laws(ui: &mut Ui, laws: &mut Laws) -> bool {
+    let mut edited = look::row(ui, "Sea floor", "Depth of sea floor by its age.", |ui| {
+        let choices = [
+            (SeaFloorLaw::Gdh1, "GDH1", "Stein & Stein 1992."),
+            (
+                SeaFloorLaw::ParsonsSclater,
+                "P & S",
+                "Parsons & Sclater 1977.",
+            ),
+            (
+                SeaFloorLaw::Cortial,
+                "Cortial",
+                "Damping towards trenches, from high ridges.",
+            ),
+            (
+                SeaFloorLaw::Yggdrasill,
+                "Yggdrasill",
+                "A fall to the plain between 2 and 4 My.",
+            ),
+        ];
+        look::choose(ui, &mut laws.sea_floor, &choices)
+    });
+    edited |= look::row(
+        ui,
+        "Uplift",
+        "What subduction does to the plate above.",
+        |ui| {
+            let choices = [
+                (
+                    UpliftLaw::Magma,
+                    "Magma",
+                    "In a band behind the trench, by convergence.",
+                ),
+                (
+                    UpliftLaw::Cortial,
+                    "Cortial",
+                    "Wide, by the relief of what goes under.",
+                ),
+            ];
+            look::choose(ui, &mut laws.uplift, &choices)
+        },
+    );
+    edited |= look::row(ui, "Erosion", "How land is worn down.", |ui| {
+        let choices = [
+            (
+                ErosionLaw::BaseLevel,
+                "Base level",
+                "By the height above a base level.",
+            ),
+            (
+                ErosionLaw::Cortial,
+                "Cortial",
+                "In proportion to elevation, with swells.",
+            ),
+            (
+                ErosionLaw::Rain,
+                "Rain",
+                "A share of each difference in height, by rain.",
+            ),
+        ];
+        look::choose(ui, &mut laws.erosion, &choices)
     });
     edited
 }

@@ -1,6 +1,6 @@
 //! What a planet is grown from.
 
-use super::{constants::Constants, error::TectonicError};
+use super::{constants::Constants, error::TectonicError, laws::Laws};
 use bevy::prelude::*;
 use core::ops::RangeInclusive;
 use serde::{Deserialize, Serialize};
@@ -63,6 +63,8 @@ pub struct Recipe {
     pub land_share: f64,
     /// What turns the plates.
     pub drive: Drive,
+    /// Which formulas the stages use.
+    pub laws: Laws,
     /// Constants of the model.
     pub constants: Constants,
 }
@@ -79,6 +81,7 @@ impl Default for Recipe {
             continental_share: 0.41,
             land_share: 0.30,
             drive: Drive::default(),
+            laws: Laws::default(),
             constants: Constants::default(),
         }
     }

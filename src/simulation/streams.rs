@@ -21,6 +21,8 @@ pub enum Purpose {
     Rift,
     /// New subduction zones.
     Foundering,
+    /// Low-frequency noise of the surface.
+    Swell,
 }
 
 /// A counter-based stream (`ChaCha8`) keyed by seed, purpose, step and number.

@@ -11,7 +11,7 @@ use super::{
     plate::{NextPlateId, Plate, PlateBorn, Rotation},
     recipe::{Recipe, Start},
     sea::Sea,
-    stages::{Splits, erode::continental_height, sea_floor_depth},
+    stages::{Splits, erode::continental_height},
     streams::{self, Purpose},
     sub_plate::*,
     topology::{EdgeState, Topology},
@@ -54,7 +54,7 @@ pub fn populate(world: &mut World, recipe: &Recipe) -> Result<(), TectonicError>
     let heights: Vec<f64> = (0..mesh.vertex_count())
         .map(|v| match ground.thickness[v] {
             Some(thickness) => continental_height(&constants.erosion, thickness),
-            None => -sea_floor_depth(layout.age[v]),
+            None => -recipe.laws.sea_floor.depth(&constants.laws, layout.age[v]),
         })
         .collect();
     let sea = Sea::for_land_share(&heights, &area, recipe.land_share);
