@@ -83,7 +83,7 @@ struct Flags {
     #[arg(long, value_name = "FILE")]
     plate_rotations: Option<String>,
 
-    /// What moves plates: soft or rigid [default: the recipe's]
+    /// What moves plates: soft, rigid, foundering or prescribed [default: the recipe's]
     #[arg(long, value_name = "WAY", value_parser = kebab::<Drive>)]
     drive: Option<Drive>,
 

@@ -43,7 +43,8 @@
 //!   [`Planets`](planet::Planets), [`SurfaceChanged`](planet::SurfaceChanged)
 //! * **Seeing it**: `render`, `editor` (cargo features)
 //! * **Growing a planet**: [`History`](simulation::History), [`Recipe`](simulation::Recipe),
-//!   [`Start`](simulation::Start), [`Drive`](simulation::Drive), [`constants`](simulation::constants)
+//!   [`Start`](simulation::Start), [`Drive`](simulation::Drive), [`Laws`](simulation::laws::Laws),
+//!   [`constants`](simulation::constants)
 //! * **Reading it**: [`Surface`](simulation::Surface), [`Statistics`](simulation::Statistics),
 //!   [`StatisticsHistory`](simulation::StatisticsHistory),
 //!   [`PlanetStatistics`](planet::PlanetStatistics),

@@ -2,6 +2,7 @@
 
 use bevy_tectonics::prelude::*;
 use bevy_tectonics::simulation::Start;
+use bevy_tectonics::simulation::laws::{ErosionLaw, SeaFloorLaw, UpliftLaw};
 use core::ops::ControlFlow;
 
 /// Hash of [`pinned_recipe`] grown to its end.
@@ -99,6 +100,18 @@ fn whatever_a_recipe_says_matters() {
     try_other(&|recipe| recipe.continental_share = 0.3);
     try_other(&|recipe| recipe.land_share = 0.2);
     try_other(&|recipe| recipe.drive = bevy_tectonics::simulation::Drive::Rigid);
+    try_other(&|recipe| recipe.drive = bevy_tectonics::simulation::Drive::Foundering);
+    try_other(&|recipe| recipe.drive = bevy_tectonics::simulation::Drive::Prescribed);
+    for law in [
+        SeaFloorLaw::ParsonsSclater,
+        SeaFloorLaw::Cortial,
+        SeaFloorLaw::Yggdrasill,
+    ] {
+        try_other(&|recipe| recipe.laws.sea_floor = law);
+    }
+    try_other(&|recipe| recipe.laws.uplift = UpliftLaw::Cortial);
+    try_other(&|recipe| recipe.laws.erosion = ErosionLaw::Cortial);
+    try_other(&|recipe| recipe.laws.erosion = ErosionLaw::Rain);
     try_other(&|recipe| recipe.constants.motion.slab_pull *= 1.1);
     let changes = hashes.len();
     hashes.sort_unstable();

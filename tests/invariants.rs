@@ -1,6 +1,7 @@
 //! Everything a planet promises holds after every step of long histories, and the planet stays alive.
 
 use bevy_tectonics::prelude::*;
+use bevy_tectonics::simulation::laws::{ErosionLaw, Laws, SeaFloorLaw, UpliftLaw};
 use bevy_tectonics::simulation::{Drive, Start};
 
 /// Grows a planet to its end with a check after every step, then looks whether it still lives.
@@ -103,6 +104,76 @@ fn rigid_plates() {
                 .with_sub_plates(1_500)
                 .with_duration(150.0)
         });
+    }
+}
+
+#[test]
+fn foundering_sea_floor() {
+    for (seed, sub_plates) in [(1, 1_500), (2, 2_500)] {
+        grow(Recipe {
+            drive: Drive::Foundering,
+            ..Recipe::earth_like(seed)
+                .with_sub_plates(sub_plates)
+                .with_duration(200.0)
+        });
+    }
+}
+
+#[test]
+fn prescribed_rotations() {
+    for (seed, start) in [(1, Start::FloodFill), (2, Start::Voronoi)] {
+        grow(Recipe {
+            start,
+            drive: Drive::Prescribed,
+            ..Recipe::earth_like(seed)
+                .with_sub_plates(1_500)
+                .with_duration(200.0)
+        });
+    }
+}
+
+/// Published laws bring other heights than Earth's, but break no promise.
+#[test]
+fn published_laws() {
+    for (sea_floor, uplift, erosion) in [
+        (
+            SeaFloorLaw::ParsonsSclater,
+            UpliftLaw::Magma,
+            ErosionLaw::Rain,
+        ),
+        (
+            SeaFloorLaw::Cortial,
+            UpliftLaw::Cortial,
+            ErosionLaw::Cortial,
+        ),
+        (
+            SeaFloorLaw::Yggdrasill,
+            UpliftLaw::Magma,
+            ErosionLaw::Cortial,
+        ),
+    ] {
+        let mut recipe = Recipe::earth_like(3)
+            .with_sub_plates(1_000)
+            .with_duration(100.0);
+        recipe.laws = Laws {
+            sea_floor,
+            uplift,
+            erosion,
+        };
+        let mut history = History::new(recipe).unwrap();
+        while history.time_my() < 100.0 {
+            history.step().unwrap();
+            history.check().unwrap();
+        }
+        let now = history.statistics().unwrap();
+        assert!(
+            (0.05..0.6).contains(&now.land_share),
+            "{sea_floor:?}: {now:?}"
+        );
+        assert!(
+            (0.5..15.0).contains(&(now.highest_m / 1e3)),
+            "{sea_floor:?}: {now:?}"
+        );
     }
 }
 

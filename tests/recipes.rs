@@ -2,6 +2,7 @@
 
 use bevy::reflect::GetPath;
 use bevy_tectonics::prelude::*;
+use bevy_tectonics::simulation::laws::{ErosionLaw, Laws, SeaFloorLaw, UpliftLaw};
 use bevy_tectonics::simulation::{Drive, Hypsometry, ImageStart, Normals, Start};
 use proptest::{prelude::*, test_runner::RngSeed};
 
@@ -270,6 +271,26 @@ fn within(low: f64, high: f64) -> impl Strategy<Value = f64> {
 }
 
 /// Valid recipes over the whole of every range, but for the number of sub-plates.
+fn laws() -> impl Strategy<Value = Laws> {
+    let sea_floor = prop_oneof![
+        Just(SeaFloorLaw::Gdh1),
+        Just(SeaFloorLaw::ParsonsSclater),
+        Just(SeaFloorLaw::Cortial),
+        Just(SeaFloorLaw::Yggdrasill)
+    ];
+    let uplift = prop_oneof![Just(UpliftLaw::Magma), Just(UpliftLaw::Cortial)];
+    let erosion = prop_oneof![
+        Just(ErosionLaw::BaseLevel),
+        Just(ErosionLaw::Cortial),
+        Just(ErosionLaw::Rain)
+    ];
+    (sea_floor, uplift, erosion).prop_map(|(sea_floor, uplift, erosion)| Laws {
+        sea_floor,
+        uplift,
+        erosion,
+    })
+}
+
 fn recipes() -> impl Strategy<Value = Recipe> {
     let constants: Vec<_> = domains()
         .into_iter()
@@ -294,7 +315,13 @@ fn recipes() -> impl Strategy<Value = Recipe> {
         1 => curve,
         2 => normals,
     ];
-    let drive = prop_oneof![Just(Drive::Soft), Just(Drive::Rigid)];
+    let drive = prop_oneof![
+        Just(Drive::Soft),
+        Just(Drive::Rigid),
+        Just(Drive::Foundering),
+        Just(Drive::Prescribed)
+    ];
+    let laws = laws();
     // How many of the constants are not their defaults.
     let wild = prop_oneof![Just(0.0), Just(0.05), Just(0.3), Just(1.0)];
     let planet = (
@@ -306,28 +333,32 @@ fn recipes() -> impl Strategy<Value = Recipe> {
         within(0.0, 0.9),
         within(0.0, 0.9),
     );
-    (planet, start, drive, wild, constants).prop_map(|(planet, start, drive, wild, constants)| {
-        let (seed, sub_plates, duration_my, radius, plates, continental_share, land_share) = planet;
-        let most = f64::from(sub_plates / 20);
-        let mut recipe = Recipe {
-            seed,
-            sub_plates,
-            duration_my,
-            radius_km: libm::exp(radius).clamp(500.0, 50_000.0),
-            start,
-            plates: (2.0 + plates * (most - 2.0)) as u32,
-            continental_share,
-            land_share,
-            drive,
-            ..Recipe::default()
-        };
-        for (path, chance, value) in constants {
-            if chance < wild {
-                set(&mut recipe, &path, value);
+    (planet, start, (drive, laws), wild, constants).prop_map(
+        |(planet, start, (drive, laws), wild, constants)| {
+            let (seed, sub_plates, duration_my, radius, plates, continental_share, land_share) =
+                planet;
+            let most = f64::from(sub_plates / 20);
+            let mut recipe = Recipe {
+                seed,
+                sub_plates,
+                duration_my,
+                radius_km: libm::exp(radius).clamp(500.0, 50_000.0),
+                start,
+                plates: (2.0 + plates * (most - 2.0)) as u32,
+                continental_share,
+                land_share,
+                drive,
+                laws,
+                ..Recipe::default()
+            };
+            for (path, chance, value) in constants {
+                if chance < wild {
+                    set(&mut recipe, &path, value);
+                }
             }
-        }
-        recipe
-    })
+            recipe
+        },
+    )
 }
 
 // The same recipes every time; another seed and more cases look further.

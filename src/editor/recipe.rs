@@ -3,6 +3,7 @@
 use super::figures::whole;
 use super::{constants, look, time::sentence};
 use crate::planet::{Planet, Regrowth};
+use crate::simulation::laws::{ErosionLaw, Laws, SeaFloorLaw, UpliftLaw};
 use crate::simulation::{Drive, Hypsometry, ImageStart, Recipe, Start};
 use bevy_egui::egui::{TextEdit, Ui};
 use core::hash::{BuildHasher, Hasher};
@@ -243,13 +244,22 @@ fn form(ui: &mut Ui, recipe: &mut Recipe) -> bool {
             look::share(ui, &mut recipe.land_share, Recipe::SHARES)
         });
     }
+    edited |= laws(ui, &mut recipe.laws);
     edited |= look::row(ui, "Drive", "What turns the plates.", |ui| {
         let soft = "Torque balance of the forces at the boundaries, with soft margins.";
         let rigid = "The same balance on exactly rigid plates.";
+        let foundering =
+            "Old sea floor founders and drags the mantle; plates are what moves alike.";
+        let prescribed = "Plates keep their rotations; slabs turn their axes.";
         look::choose(
             ui,
             &mut recipe.drive,
-            &[(Drive::Soft, "Soft", soft), (Drive::Rigid, "Rigid", rigid)],
+            &[
+                (Drive::Soft, "Soft", soft),
+                (Drive::Rigid, "Rigid", rigid),
+                (Drive::Foundering, "Foundering", foundering),
+                (Drive::Prescribed, "Prescribed", prescribed),
+            ],
         )
     });
     edited
@@ -284,6 +294,71 @@ fn start(ui: &mut Ui, start: &mut Start) -> bool {
         };
     }
     changed
+}
+
+fn laws(ui: &mut Ui, laws: &mut Laws) -> bool {
+    let mut edited = look::row(ui, "Sea floor", "Depth of sea floor by its age.", |ui| {
+        let choices = [
+            (SeaFloorLaw::Gdh1, "GDH1", "Stein & Stein 1992."),
+            (
+                SeaFloorLaw::ParsonsSclater,
+                "P & S",
+                "Parsons & Sclater 1977.",
+            ),
+            (
+                SeaFloorLaw::Cortial,
+                "Cortial",
+                "Damping towards trenches, from high ridges.",
+            ),
+            (
+                SeaFloorLaw::Yggdrasill,
+                "Yggdrasill",
+                "A fall to the plain between 2 and 4 My.",
+            ),
+        ];
+        look::choose(ui, &mut laws.sea_floor, &choices)
+    });
+    edited |= look::row(
+        ui,
+        "Uplift",
+        "What subduction does to the plate above.",
+        |ui| {
+            let choices = [
+                (
+                    UpliftLaw::Magma,
+                    "Magma",
+                    "In a band behind the trench, by convergence.",
+                ),
+                (
+                    UpliftLaw::Cortial,
+                    "Cortial",
+                    "Wide, by the relief of what goes under.",
+                ),
+            ];
+            look::choose(ui, &mut laws.uplift, &choices)
+        },
+    );
+    edited |= look::row(ui, "Erosion", "How land is worn down.", |ui| {
+        let choices = [
+            (
+                ErosionLaw::BaseLevel,
+                "Base level",
+                "By the height above a base level.",
+            ),
+            (
+                ErosionLaw::Cortial,
+                "Cortial",
+                "In proportion to elevation, with swells.",
+            ),
+            (
+                ErosionLaw::Rain,
+                "Rain",
+                "A share of each difference in height, by rain.",
+            ),
+        ];
+        look::choose(ui, &mut laws.erosion, &choices)
+    });
+    edited
 }
 
 /// Reads a number with or without separators.

@@ -17,6 +17,7 @@ mod columns;
 pub mod constants;
 mod error;
 mod history;
+pub mod laws;
 mod ledger;
 mod plate;
 mod plugin;

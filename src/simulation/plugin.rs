@@ -5,13 +5,13 @@ use super::{
     clock::Clock,
     ledger::Ledger,
     plate::{DrivingTorque, NextPlateId, Plate, PlateArea, PlateBorn, Rotation},
-    recipe::Recipe,
+    recipe::{Drive, Recipe},
     schedule::{
         self, Cancellation, StageTimings, StepFailure, TectonicStep, TectonicSystems,
         record_failure,
     },
     sea::Sea,
-    stages::*,
+    stages::{apply_forces::driven_by, *},
     statistics::StatisticsPlugin,
     sub_plate::*,
     workers::Workers,
@@ -140,8 +140,18 @@ stage!(
     ApplyForcesPlugin, ApplyForces,
     [
         apply_forces::slabs::grow_slabs.pipe(record_failure),
-        apply_forces::mantle::convect_mantle.pipe(record_failure),
-        apply_forces::torque_balance::balance_torques.pipe(record_failure),
+        apply_forces::mantle::convect_mantle
+            .pipe(record_failure)
+            .run_if(driven_by(&[Drive::Soft, Drive::Rigid])),
+        apply_forces::torque_balance::balance_torques
+            .pipe(record_failure)
+            .run_if(driven_by(&[Drive::Soft, Drive::Rigid])),
+        apply_forces::foundering::follow_mantle
+            .pipe(record_failure)
+            .run_if(driven_by(&[Drive::Foundering])),
+        apply_forces::prescribed::turn_axes
+            .pipe(record_failure)
+            .run_if(driven_by(&[Drive::Prescribed])),
         apply_forces::margins::bend_margins.pipe(record_failure),
     ]
 );
@@ -182,8 +192,15 @@ stage!(
     [
         reorganize_plates::fronts::smooth_fronts.pipe(record_failure),
         reorganize_plates::suture::suture.pipe(record_failure),
-        reorganize_plates::rift::rift.pipe(record_failure),
-        reorganize_plates::founder::founder.pipe(record_failure),
+        reorganize_plates::rift::rift
+            .pipe(record_failure)
+            .run_if(driven_by(&[Drive::Soft, Drive::Rigid, Drive::Prescribed])),
+        reorganize_plates::founder::founder
+            .pipe(record_failure)
+            .run_if(driven_by(&[Drive::Soft, Drive::Rigid, Drive::Prescribed])),
+        reorganize_plates::segment::segment
+            .pipe(record_failure)
+            .run_if(driven_by(&[Drive::Foundering])),
         reorganize_plates::basins::fill_basins.pipe(record_failure),
         reorganize_plates::splinters::absorb_splinters.pipe(record_failure),
         motion::follow_plates.pipe(record_failure),

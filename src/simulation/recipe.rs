@@ -3,6 +3,7 @@
 use super::{
     constants::Constants,
     error::TectonicError,
+    laws::Laws,
     start::{Hypsometry, ImageStart},
 };
 use bevy::prelude::*;
@@ -60,6 +61,12 @@ pub enum Drive {
     Soft,
     /// The same balance on exactly rigid plates.
     Rigid,
+    /// Old sea floor founders and drags the mantle towards it; plates are what moves alike
+    /// (Tectonics.js).
+    Foundering,
+    /// Rigid plates keep the rotations they have; slabs turn their axes (Cortial et al. 2019,
+    /// section 4.1).
+    Prescribed,
 }
 
 /// Everything a planet is grown from. The same recipe grows the same planet, bit for bit.
@@ -85,6 +92,8 @@ pub struct Recipe {
     pub land_share: f64,
     /// What turns the plates.
     pub drive: Drive,
+    /// Which formulas the stages use.
+    pub laws: Laws,
     /// Constants of the model.
     pub constants: Constants,
 }
@@ -101,6 +110,7 @@ impl Default for Recipe {
             continental_share: 0.41,
             land_share: 0.30,
             drive: Drive::default(),
+            laws: Laws::default(),
             constants: Constants::default(),
         }
     }

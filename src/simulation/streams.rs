@@ -23,6 +23,8 @@ pub enum Purpose {
     Foundering,
     /// First warmth of the mantle.
     Mantle,
+    /// Low-frequency noise of the surface.
+    Swell,
 }
 
 /// A counter-based stream (`ChaCha8`) keyed by seed, purpose, step and number.

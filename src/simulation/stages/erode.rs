@@ -8,8 +8,9 @@
 use super::super::{
     clock::Clock,
     columns::Columns,
-    constants::{Constants, ErosionConstants},
+    constants::ErosionConstants,
     error::TectonicError,
+    laws::{ErosionLaw, erosion::trench_sediment},
     ledger::Ledger,
     reach::reach,
     recipe::Recipe,
@@ -17,6 +18,7 @@ use super::super::{
     sub_plate::*,
     topology::{EdgeState, Topology},
 };
+use super::wear::{swell, wear_by_elevation, wear_by_rain};
 use crate::mesh::SphereMesh;
 use bevy::prelude::*;
 
@@ -39,7 +41,7 @@ pub(in crate::simulation) fn erode(
             &mut Thickness,
             &MaterialArea,
             &Created,
-            &Trench,
+            &mut Trench,
         ),
         With<SubPlate>,
     >,
@@ -48,13 +50,52 @@ pub(in crate::simulation) fn erode(
         return Ok(());
     };
     let mesh = &topology.0;
-    let (plate, mut crust, mut thickness, area, created, trench) =
+    let (plate, mut crust, mut thickness, area, created, mut trench) =
         sub_plates.columns(mesh.vertex_count())?;
     let crust = crust.bypass_change_detection();
     let thickness = thickness.bypass_change_detection();
-    let constants = &recipe.constants.erosion;
+    let trench = trench.bypass_change_detection();
 
-    let inland = Inland::measure(&recipe, mesh, plate, crust, trench);
+    let lost = match recipe.laws.erosion {
+        ErosionLaw::BaseLevel => {
+            let inland = Inland::measure(&recipe, mesh, plate, crust, trench);
+            wear_to_base_level(&recipe, &inland, crust, thickness, area, sea.level, time)
+        }
+        ErosionLaw::Cortial => {
+            let sediment = trench_sediment(&recipe.constants.laws, time) as f32;
+            for trench in trench.iter_mut() {
+                trench.0 = (trench.0 - sediment).max(0.0);
+            }
+            wear_by_elevation(&recipe, crust, thickness, area, sea.level, time)
+        }
+        ErosionLaw::Rain => wear_by_rain(&recipe, mesh, crust, thickness, area, sea.level, time),
+    };
+    ledger.eroded_km3 += lost;
+    let mut margins = OldMargins {
+        recipe: &recipe,
+        mesh,
+        crust,
+        thickness,
+        area,
+        created,
+        trench,
+    };
+    margins.build_out(&mut ledger, clock.time_my, time, lost);
+    Ok(())
+}
+
+/// Wears what stands above its base level and fills what lies below; returns the volume in km³ that is
+/// lost to the deep sea.
+fn wear_to_base_level(
+    recipe: &Recipe,
+    inland: &Inland,
+    crust: &[Crust],
+    thickness: &mut [Thickness],
+    area: &[MaterialArea],
+    sea_level: f64,
+    time: f64,
+) -> f64 {
+    let constants = &recipe.constants.erosion;
     let mut pool = 0.0;
     let mut room = Vec::new();
     for v in 0..crust.len() {
@@ -62,7 +103,7 @@ pub(in crate::simulation) fn erode(
             continue;
         }
         let base = inland.base_level(v, constants);
-        let height = continental_height(constants, thickness[v].0) - sea.level;
+        let height = continental_height(constants, thickness[v].0) - sea_level;
         let above = height - base;
         if above > 0.0 {
             let x = 1e-3 * above;
@@ -89,19 +130,7 @@ pub(in crate::simulation) fn erode(
             thickness[v].0 += laid * room / whole / area[v].0;
         }
     }
-    let lost = pool - if whole > 0.0 { laid } else { 0.0 };
-    ledger.eroded_km3 += lost;
-    let mut margins = OldMargins {
-        recipe: &recipe,
-        mesh,
-        crust,
-        thickness,
-        area,
-        created,
-        trench,
-    };
-    margins.build_out(&mut ledger, clock.time_my, time, lost);
-    Ok(())
+    pool - if whole > 0.0 { laid } else { 0.0 }
 }
 
 /// Age after [`margin_age`](ErosionConstants::margin_age) at which margins grow at nominal speed, in My.
@@ -252,21 +281,21 @@ pub fn sea_floor_depth(age_my: f64) -> f64 {
 /// Height of sea floor in m above the reference level, by its age in My, its thickness in km, the wedge
 /// of sediment at the foot of a margin and the depth of a trench, both in m.
 pub(in crate::simulation) fn sea_floor_height(
-    constants: &Constants,
+    recipe: &Recipe,
     age: f64,
     thickness: f64,
     rise: f64,
     trench: f64,
 ) -> f64 {
-    let erosion = &constants.erosion;
+    let erosion = &recipe.constants.erosion;
     let sediment = (erosion.sediment_rate * age.max(0.0)).min(erosion.sediment_thickest);
-    let floor = -sea_floor_depth(age)
+    let floor = -recipe.laws.sea_floor.depth(&recipe.constants.laws, age)
         + erosion.isostasy * (thickness - NORMAL_OCEANIC)
         + sediment
         + rise * (age / 60.0).clamp(0.0, 1.0)
         - trench;
     // Sea floor that arcs or sediment raised comes up to the sea, not above a plain.
-    floor.min(continental_height(erosion, constants.uplift.arc_accretion).max(0.0))
+    floor.min(continental_height(erosion, recipe.constants.uplift.arc_accretion).max(0.0))
 }
 
 /// Derives every elevation from thickness, age, trenches and the sea.
@@ -304,9 +333,12 @@ pub(in crate::simulation) fn settle(
             }
             let age = clock.time_my - f64::from(created[v].0);
             let trench = f64::from(trench[v].0);
-            sea_floor_height(&recipe.constants, age, thickness[v].0, rise[v], trench)
+            sea_floor_height(&recipe, age, thickness[v].0, rise[v], trench)
         })
         .collect();
+    if recipe.laws.erosion == ErosionLaw::Cortial {
+        swell(&recipe, mesh, &mut heights);
+    }
     sea.settle(&heights, area);
     for (elevation, height) in elevation.iter_mut().zip(heights.drain(..)) {
         elevation.0 = (height - sea.level) as f32;

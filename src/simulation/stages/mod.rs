@@ -11,6 +11,7 @@ pub(super) mod reorganize_plates;
 pub(super) mod repair_mesh;
 pub(super) mod resolve_collisions;
 pub(super) mod uplift;
+pub(super) mod wear;
 
 pub use apply_forces::mantle::Mantle;
 pub use erode::sea_floor_depth;

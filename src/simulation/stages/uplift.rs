@@ -1,12 +1,22 @@
 //! Stage 6: arcs, trenches and plateaus.
 //!
 //! Subduction feeds magma to a band inland of the trench and pulls the sinking plate down; thick
-//! crust flows outwards into plateaus. Thickening by collision happens where crust is crushed, in
-//! [`resolve_collisions`](super::resolve_collisions). Runs at the pace of the geology clock.
+//! crust flows outwards into plateaus. The published law raises the overriding plate by the relief of
+//! what goes under instead; its uplift is booked as magma. Thickening by collision happens where crust
+//! is crushed, in [`resolve_collisions`](super::resolve_collisions). Runs at the pace of the geology
+//! clock.
 
 use super::super::{
-    boundaries::Boundaries, clock::Clock, columns::Columns, error::TectonicError, ledger::Ledger,
-    reach::reach, recipe::Recipe, sub_plate::*, topology::Topology,
+    boundaries::Boundaries,
+    clock::Clock,
+    columns::Columns,
+    error::TectonicError,
+    laws::{UpliftLaw, uplift::uplift_rate},
+    ledger::Ledger,
+    reach::reach,
+    recipe::Recipe,
+    sub_plate::*,
+    topology::Topology,
 };
 use bevy::prelude::*;
 
@@ -28,6 +38,7 @@ type UpliftColumns = (
     &'static mut OrogenyBegan,
     &'static mut FoldDirection,
     &'static mut Trench,
+    &'static Elevation,
 );
 
 /// Thickens arcs, bends trenches and lets plateaus flow.
@@ -53,6 +64,7 @@ pub(in crate::simulation) fn uplift(
         mut began,
         mut fold,
         mut trench,
+        elevation,
     ) = sub_plates.columns(mesh.vertex_count())?;
     let crust = crust.bypass_change_detection();
     let thickness = thickness.bypass_change_detection();
@@ -64,8 +76,9 @@ pub(in crate::simulation) fn uplift(
     let constants = &recipe.constants.uplift;
     let now = clock.time_my as f32;
 
-    // Trenches and the fronts that feed arcs: overriding vertex, speed, direction of convergence.
-    let mut arcs: Vec<(u32, f64, glam::DVec3)> = Vec::new();
+    // Trenches and the fronts that feed arcs: overriding vertex, speed, direction of convergence, and
+    // the elevation in km of what goes under, as it was before the trench bent it.
+    let mut arcs: Vec<(u32, f64, glam::DVec3, f64)> = Vec::new();
     let mut bent: Vec<(u32, f64)> = Vec::new();
     for front in &boundaries.fronts {
         let (Some(under), true) = (front.under, front.opening < 0.0) else {
@@ -73,7 +86,8 @@ pub(in crate::simulation) fn uplift(
         };
         let (sinking, over) = (front.vertices[under], front.vertices[1 - under]);
         bent.push((sinking, -front.opening));
-        arcs.push((over, -front.opening, front.slip));
+        let relief = f64::from(elevation[sinking as usize].0 + trench[sinking as usize].0);
+        arcs.push((over, -front.opening, front.slip, 1e-3 * relief));
     }
     let fastest_first = |a: &(u32, f64), b: &(u32, f64)| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1));
     bent.sort_by(fastest_first);
@@ -99,30 +113,38 @@ pub(in crate::simulation) fn uplift(
         .sum();
     let growth = volume / ledger.initial_km3.max(1.0) - 1.0;
     let vigour = (1.0 - constants.arc_feedback * growth).clamp(0.0, 2.0);
+    let law = recipe.laws.uplift;
+    let published = &recipe.constants.laws;
+    let (crest, end) = match law {
+        UpliftLaw::Magma => (constants.arc_distance, constants.arc_reach),
+        UpliftLaw::Cortial => (published.uplift_peak, published.subduction_distance),
+    };
     // The trench runs half a cell in front of the overriding front.
     let half = 0.5 * recipe.spacing_km();
     let sources: Vec<(u32, f64)> = arcs.iter().map(|&(v, ..)| (v, half)).collect();
-    let behind = reach(
-        mesh,
-        recipe.radius_km,
-        &sources,
-        constants.arc_reach,
-        |_| true,
-    );
+    let behind = reach(mesh, recipe.radius_km, &sources, end, |_| true);
     for (v, distance, source) in behind.found {
-        let (front, speed, slip) = arcs[source as usize];
+        let (front, speed, slip, relief) = arcs[source as usize];
         let v = v as usize;
         if plate[v] != plate[front as usize] {
             continue;
         }
-        let profile = arc_profile(distance, constants.arc_distance, constants.arc_reach);
-        let flux = constants.arc_flux * speed / ARC_SPEED * vigour;
-        let fresh = flux * profile * time;
+        let fresh = match law {
+            UpliftLaw::Magma => {
+                let profile = arc_profile(distance, crest, end);
+                let flux = constants.arc_flux * speed / ARC_SPEED * vigour;
+                flux * profile * time
+            }
+            UpliftLaw::Cortial => {
+                let rate = uplift_rate(published, distance, slip.length(), relief);
+                1e3 * rate / recipe.constants.erosion.isostasy * vigour * time
+            }
+        };
         if crust[v].is_continental() {
             let fresh = fresh.min((recipe.constants.collisions.thickest - thickness[v].0).max(0.0));
             thickness[v].0 += fresh;
             ledger.arc_magma_km3 += fresh * area[v].0;
-            if speed > OROGENY_SPEED && distance < constants.arc_distance * 1.5 {
+            if speed > OROGENY_SPEED && distance < crest * 1.5 {
                 orogeny[v] = Orogeny::Andean;
                 began[v].0 = now;
                 fold[v].0 = folded(fold[v].0, slip, mesh.site(v as u32), time);

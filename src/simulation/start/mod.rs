@@ -23,7 +23,7 @@ use super::{
     plate::{NextPlateId, Plate, PlateBorn, Rotation},
     recipe::{Recipe, Start},
     sea::Sea,
-    stages::{Splits, apply_forces::mantle::Mantle, erode::continental_height, sea_floor_depth},
+    stages::{Mantle, Splits, erode::continental_height},
     streams::{self, Purpose},
     sub_plate::*,
     topology::{EdgeState, Topology},
@@ -157,7 +157,7 @@ fn cratons(
         heights: layout
             .age
             .iter()
-            .map(|&age| -sea_floor_depth(age))
+            .map(|&age| -recipe.laws.sea_floor.depth(&recipe.constants.laws, age))
             .collect(),
         age: layout.age,
     };

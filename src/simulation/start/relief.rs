@@ -74,7 +74,7 @@ pub(super) fn raise(
             height = continental_height(&constants.erosion, thickness);
         } else {
             let plateau = PLATEAU * constants.uplift.arc_accretion;
-            let floor = |age, thickness| sea_floor_height(constants, age, thickness, rise[v], 0.0);
+            let floor = |age, thickness| sea_floor_height(recipe, age, thickness, rise[v], 0.0);
             let column = Column::at(elevation).thickness_km.min(plateau);
             age = youngest(elevation, |age| floor(age, column));
             let missing = (elevation - floor(age, column)) / constants.erosion.isostasy;
@@ -114,12 +114,12 @@ fn youngest(elevation: f64, floor: impl Fn(f64) -> f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simulation::constants::Constants;
+    use crate::simulation::recipe::Recipe;
 
     #[test]
     fn the_floor_is_as_old_as_its_depth() {
-        let constants = Constants::default();
-        let floor = |age| sea_floor_height(&constants, age, 7.0, 0.0, 0.0);
+        let recipe = Recipe::default();
+        let floor = |age| sea_floor_height(&recipe, age, 7.0, 0.0, 0.0);
         // 2600 + 365·√9 − 3·9 of sediment = 3668 m at 9 My.
         assert!((youngest(-3668.0, floor) - 9.0).abs() < 1e-9);
         assert_eq!(youngest(-2000.0, floor), 0.0);

@@ -45,7 +45,7 @@ pub(in crate::simulation) fn bend_margins(
         sub_plates.columns(mesh.vertex_count())?;
     let deviation = deviation.bypass_change_detection();
     let constants = &recipe.constants.margins;
-    if recipe.drive == Drive::Rigid || constants.rigidity >= 1.0 {
+    if recipe.drive != Drive::Soft || constants.rigidity >= 1.0 {
         return Ok(());
     }
     let radius = recipe.radius_km;

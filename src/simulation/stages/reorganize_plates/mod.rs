@@ -2,7 +2,7 @@
 //!
 //! One file per event: [`fronts`] smooths ragged boundaries, [`suture`] welds continents that have
 //! stopped closing, [`rift`] breaks large plates, [`founder`] lets old sea floor sink at its margin,
-//! [`basins`] fills enclosed seas, and [`splinters`] absorbs what any of them cut off. Splinters are
+//! [`segment`] cuts the mantle's flow into plates where that drives them, [`basins`] fills enclosed seas, and [`splinters`] absorbs what any of them cut off. Splinters are
 //! looked for in every step in which something may have been cut, the rest at the pace of the
 //! reorganisation clock.
 
@@ -10,6 +10,7 @@ pub(in crate::simulation) mod basins;
 pub(in crate::simulation) mod founder;
 pub(in crate::simulation) mod fronts;
 pub(in crate::simulation) mod rift;
+pub(in crate::simulation) mod segment;
 pub(in crate::simulation) mod splinters;
 pub(in crate::simulation) mod suture;
 

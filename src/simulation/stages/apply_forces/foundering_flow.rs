@@ -1,0 +1,233 @@
+//! The flow of the mantle towards foundering sea floor (Tectonics.js).
+//!
+//! Age → density → buoyancy of what is denser than the mantle → smoothed by diffusion → its gradient
+//! is the mantle's velocity. All lengths are in km, so that the flow does not follow the mesh.
+
+use super::super::super::{
+    clock::Clock,
+    constants::FounderingConstants,
+    recipe::Recipe,
+    sub_plate::{Created, Crust},
+};
+use crate::mesh::{EdgePayload, SphereMesh};
+use glam::DVec3;
+
+/// Gravity in m/s².
+const GRAVITY: f64 = 9.81;
+/// Implicit steps that the diffusion is cut into. One alone leaves cusps over small sources.
+const DIFFUSION_STEPS: usize = 3;
+/// Residual at which the diffusion is solved, as a share of the source.
+const TOLERANCE: f64 = 1e-6;
+/// Most rounds of the solver; it needs about as many as a diffusion length has cells, times five.
+const MOST_ROUNDS: usize = 5000;
+
+/// Density of sea floor of an age in My, in kg/m³.
+pub(in crate::simulation) fn density(constants: &FounderingConstants, age_my: f64) -> f64 {
+    let share = (age_my / constants.old_age).clamp(0.0, 1.0);
+    constants.young_density + (constants.old_density - constants.young_density) * share
+}
+
+/// Buoyancy of foundering sea floor in N/m³, `min(g(ρₘ − ρ), 0)`: 0 for what floats.
+pub(in crate::simulation) fn buoyancy(constants: &FounderingConstants, age_my: f64) -> f64 {
+    (GRAVITY * (constants.mantle_density - density(constants, age_my))).min(0.0)
+}
+
+/// Angular velocity of the mantle under each sub-plate, `r × v / R`, in rad/My.
+pub(in crate::simulation) fn mantle_flow<E: EdgePayload>(
+    recipe: &Recipe,
+    clock: &Clock,
+    mesh: &SphereMesh<E>,
+    crust: &[Crust],
+    created: &[Created],
+) -> Vec<DVec3> {
+    let constants = &recipe.constants.foundering;
+    let mut field: Vec<f64> = crust
+        .iter()
+        .zip(created)
+        .map(|(crust, created)| {
+            if crust.is_continental() {
+                0.0
+            } else {
+                buoyancy(constants, clock.time_my - f64::from(created.0))
+            }
+        })
+        .collect();
+    diffuse(
+        mesh,
+        &mut field,
+        constants.diffusion_length / recipe.radius_km,
+    );
+    // Towards lower buoyancy; the gradient is per radius.
+    let per_gradient = -1e3 * constants.mobility / recipe.radius_km;
+    gradient(mesh, &field)
+        .into_iter()
+        .enumerate()
+        .map(|(v, slope)| mesh.site(v as u32).cross(slope) * (per_gradient / recipe.radius_km))
+        .collect()
+}
+
+/// Diffuses a field over this length in radii: implicit steps of the finite-volume operator on the
+/// Voronoi cells, each solved by conjugate gradients with sums in the order of the vertices.
+fn diffuse<E: EdgePayload>(mesh: &SphereMesh<E>, field: &mut [f64], length: f64) {
+    let time = length * length / DIFFUSION_STEPS as f64;
+    let cells: Vec<f64> = mesh.cell_areas().iter().map(|a| a.max(1e-12)).collect();
+    // Across each edge flows the difference times the Voronoi side's length over the edge's.
+    let conductance: Vec<(u32, u32, f64)> = mesh
+        .edges()
+        .map(|edge| {
+            let (u, v) = mesh.endpoints(edge);
+            let side = mesh
+                .circumcentre(2 * edge)
+                .distance(mesh.circumcentre(2 * edge + 1));
+            let length = mesh.site(u).distance(mesh.site(v)).max(1e-12);
+            (u, v, time * side / length)
+        })
+        .collect();
+    let mut diagonal = cells.clone();
+    for &(u, v, flow) in &conductance {
+        diagonal[u as usize] += flow;
+        diagonal[v as usize] += flow;
+    }
+    let apply = |x: &[f64]| -> Vec<f64> {
+        let mut y: Vec<f64> = x.iter().zip(&diagonal).map(|(x, d)| x * d).collect();
+        for &(u, v, flow) in &conductance {
+            y[u as usize] -= flow * x[v as usize];
+            y[v as usize] -= flow * x[u as usize];
+        }
+        y
+    };
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    for _ in 0..DIFFUSION_STEPS {
+        let source: Vec<f64> = field.iter().zip(&cells).map(|(x, a)| x * a).collect();
+        let mut residual: Vec<f64> = source
+            .iter()
+            .zip(apply(field))
+            .map(|(b, y)| b - y)
+            .collect();
+        let precondition =
+            |r: &[f64]| -> Vec<f64> { r.iter().zip(&diagonal).map(|(r, d)| r / d).collect() };
+        let mut direction = precondition(&residual);
+        let mut energy = dot(&residual, &direction);
+        let enough = TOLERANCE * TOLERANCE * dot(&source, &precondition(&source));
+        for _ in 0..MOST_ROUNDS {
+            if energy <= enough {
+                break;
+            }
+            let image = apply(&direction);
+            let step = energy / dot(&direction, &image);
+            for v in 0..field.len() {
+                field[v] += step * direction[v];
+                residual[v] -= step * image[v];
+            }
+            let conditioned = precondition(&residual);
+            let left = dot(&residual, &conditioned);
+            let turn = left / energy;
+            energy = left;
+            for (direction, z) in direction.iter_mut().zip(conditioned) {
+                *direction = z + *direction * turn;
+            }
+        }
+    }
+}
+
+/// Gradient of a field per radius, tangent to the sphere: the plane that fits the neighbours best.
+fn gradient<E: EdgePayload>(mesh: &SphereMesh<E>, field: &[f64]) -> Vec<DVec3> {
+    (0..field.len() as u32)
+        .map(|v| {
+            let site = mesh.site(v);
+            let east = site.any_orthonormal_vector();
+            let north = site.cross(east);
+            let (mut xx, mut xy, mut yy, mut x, mut y) = (0.0, 0.0, 0.0, 0.0, 0.0);
+            for w in mesh.neighbours(v) {
+                let way = mesh.site(w) - site;
+                let (e, n) = (way.dot(east), way.dot(north));
+                let weight = 1.0 / way.length_squared().max(1e-24);
+                let rise = (field[w as usize] - field[v as usize]) * weight;
+                xx += e * e * weight;
+                xy += e * n * weight;
+                yy += n * n * weight;
+                x += e * rise;
+                y += n * rise;
+            }
+            let determinant = xx * yy - xy * xy;
+            if determinant > 1e-9 {
+                (east * (yy * x - xy * y) + north * (xx * y - xy * x)) / determinant
+            } else {
+                DVec3::ZERO
+            }
+        })
+        .collect()
+}
+
+/// Mean of a field of angular velocities over areas that `of` sorts into `count` groups.
+pub(in crate::simulation) fn mean_rotations(
+    flow: &[DVec3],
+    area: impl Fn(usize) -> f64,
+    of: impl Fn(usize) -> Option<usize>,
+    count: usize,
+) -> Vec<DVec3> {
+    let mut sums = vec![(DVec3::ZERO, 0.0); count];
+    for (v, &turn) in flow.iter().enumerate() {
+        if let Some(group) = of(v) {
+            sums[group].0 += turn * area(v);
+            sums[group].1 += area(v);
+        }
+    }
+    sums.into_iter()
+        .map(
+            |(sum, area)| {
+                if area > 0.0 { sum / area } else { DVec3::ZERO }
+            },
+        )
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sphere(n: u32) -> SphereMesh<()> {
+        let golden = core::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+        let sites = (0..n)
+            .map(|i| {
+                let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(n);
+                let r = (1.0 - z * z).sqrt();
+                let (sin, cos) = libm::sincos(golden * f64::from(i));
+                DVec3::new(r * cos, r * sin, z)
+            })
+            .collect();
+        SphereMesh::build(sites).unwrap()
+    }
+
+    #[test]
+    fn floor_founders_once_it_is_denser_than_the_mantle() {
+        let constants = FounderingConstants::default();
+        // 2890 + 410 · 100/250 = 3054 kg/m³ floats on 3075.
+        assert!((density(&constants, 100.0) - 3054.0).abs() < 1e-9);
+        assert_eq!(buoyancy(&constants, 100.0), 0.0);
+        // 2890 + 410 · 200/250 = 3218; 9.81 · (3075 − 3218) = −1402.83 N/m³.
+        assert!((buoyancy(&constants, 200.0) + 1402.83).abs() < 1e-6);
+        // From 250 My on: 9.81 · (3075 − 3300) = −2207.25 N/m³.
+        assert!((buoyancy(&constants, 400.0) + 2207.25).abs() < 1e-6);
+    }
+
+    /// z is a spherical harmonic of degree 1: `∇² z = −2 z`, so that an implicit step of length² t
+    /// divides it by 1 + 2t, on any mesh.
+    #[test]
+    fn diffusion_follows_lengths_and_not_cells() {
+        let (length, steps) = (0.5, DIFFUSION_STEPS as f64);
+        let expected = libm::pow(1.0 + 2.0 * length * length / steps, -steps);
+        for n in [500, 4000] {
+            let mesh = sphere(n);
+            let mut field: Vec<f64> = mesh.sites().iter().map(|site| site.z).collect();
+            diffuse(&mesh, &mut field, length);
+            let slopes = gradient(&mesh, &field);
+            for (v, site) in mesh.sites().iter().enumerate() {
+                assert!((field[v] - expected * site.z).abs() < 0.01, "{n}: {v}");
+                // ∇z is the part of the z axis that is tangent.
+                let slope = (DVec3::Z - *site * site.z) * expected;
+                assert!((slopes[v] - slope).length() < 0.05, "{n}: {v}");
+            }
+        }
+    }
+}
