@@ -30,7 +30,7 @@
 //! | [`PlanetSurface`] | the plugin | the newest snapshot; there once the first is taken |
 //!
 //! Events on the planet's entity: [`SurfaceChanged`], [`GrowthProgressed`], [`GrowthFinished`],
-//! [`GrowthFailed`].
+//! [`GrowthFailed`], [`EventHappened`]. To change a planet while it grows, trigger [`Intervene`] on it.
 //!
 //! # Frames of reference
 //!
@@ -49,7 +49,10 @@ mod surface;
 mod threads;
 mod view;
 
-pub use events::{GrowthFailed, GrowthFailure, GrowthFinished, GrowthProgressed, SurfaceChanged};
+pub use events::{
+    EventHappened, GrowthFailed, GrowthFailure, GrowthFinished, GrowthProgressed, Intervene,
+    InterventionRefused, SurfaceChanged,
+};
 pub use frame::{from_scene, to_scene};
 pub use growth::{Growth, GrowthState};
 pub use plugin::{PlanetPlugin, PlanetSystems};

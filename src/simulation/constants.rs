@@ -131,6 +131,8 @@ pub struct Constants {
     pub erosion: ErosionConstants,
     /// Sutures, rifts, splinters and new trenches.
     pub plates: PlateConstants,
+    /// Plumes and the islands they raise.
+    pub hot_spots: HotSpotConstants,
 }
 
 impl Constants {
@@ -148,12 +150,13 @@ impl Constants {
         self.uplift.validate()?;
         self.collisions.validate()?;
         self.erosion.validate()?;
-        self.plates.validate()
+        self.plates.validate()?;
+        self.hot_spots.validate()
     }
 
     /// The groups as tables.
     #[must_use]
-    pub fn groups(&self) -> [&dyn ConstantGroup; 10] {
+    pub fn groups(&self) -> [&dyn ConstantGroup; 11] {
         [
             &self.step,
             &self.refine,
@@ -165,12 +168,13 @@ impl Constants {
             &self.collisions,
             &self.erosion,
             &self.plates,
+            &self.hot_spots,
         ]
     }
 
     /// The groups as tables whose values may be changed.
     #[must_use]
-    pub fn groups_mut(&mut self) -> [&mut dyn ConstantGroup; 10] {
+    pub fn groups_mut(&mut self) -> [&mut dyn ConstantGroup; 11] {
         [
             &mut self.step,
             &mut self.refine,
@@ -182,6 +186,7 @@ impl Constants {
             &mut self.collisions,
             &mut self.erosion,
             &mut self.plates,
+            &mut self.hot_spots,
         ]
     }
 }
@@ -447,6 +452,37 @@ constants! {
         majority = 0.64 in 0.5..=1.0 "",
         /// Enclosed seas smaller than this fill up and become basins.
         basin = 6.0e5 in 0.0..=1.0e7 "km²",
+    }
+}
+
+constants! {
+    /// Plumes, and the islands they raise.
+    HotSpotConstants("hot_spots") {
+        /// Magma that a hot spot could deliver onto normal sea floor. A volcano's own height holds half
+        /// of it back, which leaves Hawaii's 0.1-0.2 km³ a year (Poland et al. 2012).
+        flux = 4.0e5 in 0.0..=5.0e6 "km³/My",
+        /// How much stronger or weaker than that hot spots are at most.
+        flux_spread = 0.5 in 0.0..=0.95 "of the flux",
+        /// Radius (standard deviation) of the ground that a hot spot feeds, or half a spacing where that
+        /// is more: then the flux per area stays and the chain is as high, but wider.
+        radius = 120.0 in 20.0..=600.0 "km",
+        /// Height of volcanoes per km of lava spread evenly. Cones stand three times their mean height
+        /// and cover half of the ground, less what the plate yields under them (Hawaii: 9 km above its
+        /// floor on 11 km of added crust).
+        relief = 750.0 in 100.0..=2000.0 "m/km",
+        /// Height above the sea that volcanoes approach but do not reach (Mauna Kea 4.2 km, as the mean
+        /// of a chain's crest less).
+        highest = 3000.0 in 0.0..=10000.0 "m",
+        /// Height of the swell of hot mantle beneath the youngest islands (Crough 1983: 0.5-1.5 km).
+        swell = 1000.0 in 0.0..=3000.0 "m",
+        /// Time in which the swell cools away behind the hot spot (Detrick & Crough 1978: some 40 My
+        /// to the last tenth).
+        swell_time = 20.0 in 1.0..=200.0 "My",
+        /// Time in which rain and waves wear an island down to the sea (Hawaiian islands drown 7 to 10 My
+        /// after their last lava).
+        wear_time = 5.0 in 0.5..=100.0 "My",
+        /// Share of the flux that thickens a continent.
+        continental = 0.05 in 0.0..=1.0 "",
     }
 }
 

@@ -21,6 +21,10 @@ pub enum Purpose {
     Rift,
     /// New subduction zones.
     Foundering,
+    /// Places and strengths of hot spots.
+    HotSpots = 40,
+    /// Outlines of scripted events.
+    Events,
 }
 
 /// A counter-based stream (`ChaCha8`) keyed by seed, purpose, step and number.

@@ -14,6 +14,7 @@ use super::super::{
     reach::reach,
     recipe::Recipe,
     sea::Sea,
+    stages::hot_spots::volcano_height,
     sub_plate::*,
     topology::{EdgeState, Topology},
 };
@@ -258,6 +259,7 @@ pub(in crate::simulation) fn settle(
             &MaterialArea,
             &Created,
             &Trench,
+            &Volcanism,
             &mut Elevation,
         ),
         With<SubPlate>,
@@ -267,7 +269,7 @@ pub(in crate::simulation) fn settle(
         return Ok(());
     }
     let mesh = &topology.0;
-    let (plate, crust, thickness, area, created, trench, mut elevation) =
+    let (plate, crust, thickness, area, created, trench, volcanism, mut elevation) =
         sub_plates.columns(mesh.vertex_count())?;
     let elevation = elevation.bypass_change_detection();
     let constants = &recipe.constants.erosion;
@@ -281,12 +283,14 @@ pub(in crate::simulation) fn settle(
             let sediment =
                 (constants.sediment_rate * age.max(0.0)).min(constants.sediment_thickest);
             let floor = -sea_floor_depth(age)
-                + constants.isostasy * (thickness[v].0 - NORMAL_OCEANIC)
+                + constants.isostasy
+                    * (thickness[v].0 - f64::from(volcanism[v].pile_km) - NORMAL_OCEANIC)
                 + sediment
                 + rise[v] * (age / 60.0).clamp(0.0, 1.0)
                 - f64::from(trench[v].0);
             // Sea floor that arcs or sediment raised comes up to the sea, not above a plain.
             floor.min(continental_height(constants, recipe.constants.uplift.arc_accretion).max(0.0))
+                + volcano_height(&recipe.constants.hot_spots, volcanism[v], clock.time_my)
         })
         .collect();
     sea.settle(&heights, area);

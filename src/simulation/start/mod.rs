@@ -7,6 +7,8 @@ mod voronoi;
 use super::{
     clock::Clock,
     error::TectonicError,
+    events::{self, EventLog},
+    hot_spot::HotSpot,
     ledger::Ledger,
     plate::{NextPlateId, Plate, PlateBorn, Rotation},
     recipe::{Recipe, Start},
@@ -104,6 +106,7 @@ pub fn populate(world: &mut World, recipe: &Recipe) -> Result<(), TectonicError>
         ));
     }
     world.spawn_batch(rows);
+    world.spawn_batch(HotSpot::scattered(recipe));
     let fastest = FIRST_SPEEDS.end;
     world.insert_resource(Clock {
         fastest,
@@ -117,7 +120,10 @@ pub fn populate(world: &mut World, recipe: &Recipe) -> Result<(), TectonicError>
     });
     world.insert_resource(ledger);
     world.insert_resource(sea);
-    world.insert_resource(recipe.clone());
+    let mut recipe = recipe.clone();
+    events::sort(&mut recipe.events);
+    world.insert_resource(recipe);
+    world.insert_resource(EventLog::default());
     Ok(())
 }
 
