@@ -134,6 +134,9 @@ fn islands_stand_over_the_hot_spot_and_guyots_behind_it() {
                 .filter(move |link| (from..to).contains(&link.age));
             links.map(|link| link.elevation)
         };
+        for l in &links {
+            eprintln!("{l:.0?}");
+        }
         let islands = within(0.0, 4.0).fold(f64::MIN, f64::max);
         assert!(
             (200.0..3500.0).contains(&islands),
@@ -172,7 +175,7 @@ fn a_pile_is_part_of_the_crust_and_no_continent() {
     }
     // No more than what the hot spot could deliver on cells so wide: flux · (radius of a cell / 120 km)².
     let widened = (0.5 * history.recipe().spacing_km() / 120.0).max(1.0);
-    let most = 4.0e5 * 30.0 * widened * widened;
+    let most = 3.0e5 * 30.0 * widened * widened;
     assert!(
         volume > 0.15 * most && volume < most * 1.05,
         "{volume} km³ of {most} km³"
@@ -194,8 +197,8 @@ fn a_continent_gains_what_is_booked() {
     arrange(&mut history, [DVec3::Z * 0.001; 2], |_, _| CONTINENT);
     run(&mut history, 12.0);
     let booked = history.ledger().plume_magma_km3;
-    // Twice 4.0e5 km³/My on ground as wide as half a cell of 451 km, a twentieth of it, for 10 My.
-    let expected = 2.0 * 4.0e5 * 0.05 * (225.8_f64 / 120.0).powi(2) * 10.0;
+    // Twice 3.0e5 km³/My on ground as wide as half a cell of 451 km, a twentieth of it, for 10 My.
+    let expected = 2.0 * 3.0e5 * 0.05 * (225.8_f64 / 120.0).powi(2) * 10.0;
     assert!(
         (booked / expected - 1.0).abs() < 0.15,
         "{booked} km³ instead of {expected} km³"
@@ -223,7 +226,7 @@ fn recipes_scatter_hot_spots_by_their_seed() {
     );
     for hot_spot in places(3, 200) {
         assert!((hot_spot.place.length() - 1.0).abs() < 1e-12);
-        assert!((2.0e5..=6.0e5).contains(&hot_spot.flux));
+        assert!((1.5e5..=4.5e5).contains(&hot_spot.flux));
     }
     let mut many = Recipe::earth_like(1);
     many.hot_spots = 201;

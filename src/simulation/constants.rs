@@ -460,7 +460,7 @@ constants! {
     HotSpotConstants("hot_spots") {
         /// Magma that a hot spot could deliver onto normal sea floor. A volcano's own height holds half
         /// of it back, which leaves Hawaii's 0.1-0.2 km³ a year (Poland et al. 2012).
-        flux = 4.0e5 in 0.0..=5.0e6 "km³/My",
+        flux = 3.0e5 in 0.0..=5.0e6 "km³/My",
         /// How much stronger or weaker than that hot spots are at most.
         flux_spread = 0.5 in 0.0..=0.95 "of the flux",
         /// Radius (standard deviation) of the ground that a hot spot feeds, or half a spacing where that

@@ -36,12 +36,13 @@ pub(in crate::simulation) fn volcano_height(
         + constants.swell * (pile / SWELL_PILE).min(1.0) * libm::exp(-since / constants.swell_time)
 }
 
-/// Share of its flux that a hot spot still delivers through a pile on floor of this depth, in m below the
-/// sea.
-fn vigour(constants: &HotSpotConstants, pile_km: f64, depth: f64) -> f64 {
+/// Lava in km that stays on a pile on floor of this depth, in m below the sea, where `fresh` would on none:
+/// `dp = (1 − p/p_max) df`, integrated, as volcanoes approach their greatest height.
+fn growth(constants: &HotSpotConstants, pile_km: f64, depth: f64, fresh: f64) -> f64 {
     let highest = (constants.highest + depth - constants.swell).max(0.0) / constants.relief;
-    if highest > 0.0 {
-        (1.0 - pile_km / highest).max(0.0)
+    let room = (highest - pile_km).max(0.0);
+    if room > 0.0 {
+        room * (1.0 - libm::exp(-fresh / highest))
     } else {
         0.0
     }
@@ -94,7 +95,7 @@ pub(in crate::simulation) fn feed_islands(
             } else {
                 let depth = sea_floor_depth(clock.time_my - f64::from(created[v].0)) + sea.level;
                 let pile = f64::from(volcanism[v].pile_km);
-                let fresh = fresh.min(1.0) * vigour(constants, pile, depth);
+                let fresh = growth(constants, pile, depth, fresh);
                 thickness[v].0 += fresh;
                 volcanism[v].pile_km += fresh as f32;
             }
@@ -176,9 +177,12 @@ mod tests {
     #[test]
     fn the_higher_the_volcano_the_less_lava() {
         let constants = HotSpotConstants::default();
-        // (3000 + 5500 − 1000) m / 750 m/km = 10 km at most.
-        assert!((vigour(&constants, 0.0, 5500.0) - 1.0).abs() < 1e-12);
-        assert!((vigour(&constants, 4.0, 5500.0) - 0.6).abs() < 1e-12);
-        assert_eq!(vigour(&constants, 12.0, 5500.0), 0.0);
+        // (3000 + 5500 − 1000) m / 750 m/km = 10 km at most. 10 km · (1 − 1/e) = 6.3212 km.
+        assert!((growth(&constants, 0.0, 5500.0, 10.0) - 6.3212).abs() < 1e-4);
+        // Whether in one step or in two.
+        let half = growth(&constants, 0.0, 5500.0, 5.0);
+        let other = growth(&constants, half, 5500.0, 5.0);
+        assert!((half + other - 6.3212).abs() < 1e-4);
+        assert_eq!(growth(&constants, 12.0, 5500.0, 1.0), 0.0);
     }
 }
