@@ -126,29 +126,40 @@ const NORTH: [f64; 2] = [90.0, 0.0];
 
 /// Figure 15: sea floor sinks before a coast, an arc grows beyond it, and is welded onto the coast.
 fn accretion() -> Scenario {
-    let mut recipe = stage(2, 100.0);
+    let mut recipe = stage(6, 100.0);
     // The paper's arcs grow within 10 My.
-    recipe.constants.uplift.arc_flux = 400.0;
+    recipe.constants.uplift.arc_flux = 500.0;
     recipe.constants.uplift.arc_oceanic = 1.0;
     recipe.constants.uplift.arc_feedback = 0.0;
     let recipe = recipe
-        .with_event(0.0, continent([0.0, -30.0], 2_000.0))
-        .with_event(0.0, continent([18.0, -38.0], 1_300.0))
+        .with_event(0.0, continent([0.0, -36.0], 2_000.0))
+        .with_event(0.0, continent([18.0, -44.0], 1_300.0))
         // The younger floor of the eastern plate overrides.
-        .with_event(0.0, sea_floor([0.0, 45.0], 3_900.0, 40.0))
-        .with_event(0.0, drift(1, NORTH, 0.0))
-        .with_event(0.0, drift(2, NORTH, -0.5))
-        // North-west: a pole to the south-west turns the plate upwards as it comes.
-        .with_event(25.0, drift(2, [-55.0, 100.0], 0.6));
+        .with_event(0.0, sea_floor([0.0, 32.0], 3_200.0, 40.0))
+        .with_event(0.0, drift(1, NORTH, -0.35))
+        // A pole to the south-east turns it to the north-west.
+        .with_event(32.0, drift(1, [-60.0, 90.0], 0.7));
+    let recipe = (2..=6).fold(recipe, |recipe, other| {
+        recipe.with_event(0.0, drift(other, NORTH, 0.0))
+    });
     Scenario {
         title: "An island arc is welded onto a continent (Cortial et al. 2019, Figure 15)",
         recipe,
-        plates: vec![LatLon::new(0.0, -75.0), LatLon::new(0.0, 95.0)],
+        plates: [
+            [0.0, 35.0],
+            [0.0, -30.0],
+            [36.0, 35.0],
+            [-36.0, 35.0],
+            [0.0, 140.0],
+            [0.0, -130.0],
+        ]
+        .map(LatLon::from)
+        .into(),
         moments: vec![
-            (8.0, "sea floor goes under, the arc rises from the sea"),
-            (18.0, "the arc is an island along its trench"),
-            (25.0, "the eastern plate is turned to the north-west"),
-            (45.0, "the island is a part of the continent"),
+            (14.0, "sea floor goes under, the arc rises from the sea"),
+            (26.0, "the arc is an island along its trench"),
+            (32.0, "the eastern plate is turned to the north-west"),
+            (62.0, "the island is a part of the continent"),
         ],
     }
 }
@@ -168,11 +179,23 @@ fn supercontinent() -> Scenario {
         // The island has arrived: its plate comes to rest.
         .with_event(90.0, drift(2, NORTH, 0.0))
         .with_event(108.0, drift(3, [0.0, 90.0], 0.36))
+        .with_event(200.0, drift(3, NORTH, 0.0))
+        // A rift from coast to coast, and the land beyond it leaves to the south-east.
         .with_event(
             212.0,
-            Intervention::BreakUp {
-                plate: PlateChoice::At(LatLon::new(-5.0, -5.0)),
-                pieces: 2,
+            Intervention::Rift {
+                line: [[22.0, 14.0], [2.0, 2.0], [-6.0, -8.0], [-22.0, -14.0]]
+                    .map(LatLon::from)
+                    .into(),
+            },
+        )
+        .with_event(
+            212.0,
+            Intervention::SetMotion {
+                plate: PlateChoice::At(LatLon::new(-14.0, 8.0)),
+                pole: LatLon::new(45.0, -70.0),
+                deg_per_my: 0.4,
+                hold_my: 50.0,
             },
         );
     Scenario {

@@ -133,6 +133,11 @@ fn the_same_events_make_the_same_planet() {
 
     let times: Vec<f64> = log.iter().map(|record| record.time_my).collect();
     assert_eq!(times, [3.0, 3.0, 5.5, 12.345, 20.1, 25.0, 30.0]);
+    let failed: Vec<_> = log
+        .iter()
+        .filter(|record| record.failure.is_some())
+        .collect();
+    assert!(failed.is_empty(), "could not be done: {failed:?}");
 }
 
 #[test]

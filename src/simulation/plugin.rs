@@ -136,7 +136,9 @@ impl Plugin for ApplyEventsPlugin {
             (
                 apply_events::apply_events
                     .pipe(record_failure)
-                    .in_set(TectonicSystems::ApplyEvents),
+                    .in_set(TectonicSystems::ApplyEvents)
+                    // It takes the whole world, which is no reason against systems of one's own here.
+                    .ambiguous_with_all(),
                 apply_events::hold_motions
                     .after(TectonicSystems::ApplyForces)
                     .before(TectonicSystems::Move),

@@ -26,6 +26,10 @@ const FAR_INLAND: f64 = 2000.0;
 /// Thickness of the crust that the age–depth law describes, in km.
 const NORMAL_OCEANIC: f64 = 7.0;
 
+/// Mean height of ground that volcanoes cover as a share of their summits': a cone's is a third, and they
+/// cover half of it.
+const VOLCANO_MEAN: f64 = 1.0 / 6.0;
+
 /// Wears continents, lays down sediment, and derives every elevation.
 pub(in crate::simulation) fn erode(
     recipe: Res<Recipe>,
@@ -274,7 +278,7 @@ pub(in crate::simulation) fn settle(
     let elevation = elevation.bypass_change_detection();
     let constants = &recipe.constants.erosion;
     let rise = continental_rise(&recipe, mesh, plate, crust);
-    let mut heights: Vec<f64> = (0..crust.len())
+    let heights: Vec<f64> = (0..crust.len())
         .map(|v| {
             if crust[v].is_continental() {
                 return continental_height(constants, thickness[v].0) - f64::from(trench[v].0);
@@ -290,12 +294,24 @@ pub(in crate::simulation) fn settle(
                 - f64::from(trench[v].0);
             // Sea floor that arcs or sediment raised comes up to the sea, not above a plain.
             floor.min(continental_height(constants, recipe.constants.uplift.arc_accretion).max(0.0))
-                + volcano_height(&recipe.constants.hot_spots, volcanism[v], clock.time_my)
         })
         .collect();
-    sea.settle(&heights, area);
-    for (elevation, height) in elevation.iter_mut().zip(heights.drain(..)) {
-        elevation.0 = (height - sea.level) as f32;
+    let volcanoes = |v: usize| {
+        if crust[v].is_continental() {
+            0.0
+        } else {
+            volcano_height(&recipe.constants.hot_spots, volcanism[v], clock.time_my)
+        }
+    };
+    // The sea washes round volcanoes: what it gives way to is the mean of the ground, not its summits.
+    let means: Vec<f64> = heights
+        .iter()
+        .enumerate()
+        .map(|(v, height)| height + VOLCANO_MEAN * volcanoes(v))
+        .collect();
+    sea.settle(&means, area);
+    for (v, (elevation, height)) in elevation.iter_mut().zip(heights).enumerate() {
+        elevation.0 = (height + volcanoes(v) - sea.level) as f32;
     }
     Ok(())
 }
