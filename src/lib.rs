@@ -54,6 +54,9 @@
 //!   [`Topology`](simulation::Topology), [`Columns`](simulation::Columns)
 //! * **The step**: [`TectonicStep`](simulation::TectonicStep),
 //!   [`TectonicSystems`](simulation::TectonicSystems), [`Clock`](simulation::Clock)
+//! * **Events**: [`Intervention`](simulation::Intervention), [`TectonicEvent`](simulation::TectonicEvent),
+//!   [`History::apply`](simulation::History::apply), [`Intervene`](planet::Intervene),
+//!   [`HotSpot`](simulation::HotSpot)
 //! * **Stages of your own**: [`SimulationPlugins`](simulation::SimulationPlugins),
 //!   [`History::with_plugins`](simulation::History::with_plugins),
 //!   [`record_failure`](simulation::record_failure), [`streams`](simulation::streams),
@@ -100,13 +103,13 @@ pub mod surface;
 pub mod prelude {
     pub use crate::TectonicsPlugins;
     pub use crate::planet::{
-        Growth, GrowthFailed, GrowthFinished, GrowthProgressed, GrowthState, Pace, Planet,
-        PlanetPlugin, PlanetStatistics, PlanetSurface, PlanetSystems, PlanetView, Planets,
-        Regrowth, SurfaceChanged,
+        EventHappened, Growth, GrowthFailed, GrowthFinished, GrowthProgressed, GrowthState,
+        Intervene, InterventionRefused, Pace, Planet, PlanetPlugin, PlanetStatistics,
+        PlanetSurface, PlanetSystems, PlanetView, Planets, Regrowth, SurfaceChanged,
     };
     pub use crate::simulation::{
-        Crust, History, Orogeny, Outcome, Progress, Recipe, SimulationPlugins, Statistics, Surface,
-        TectonicError, TectonicStep, TectonicSystems,
+        Crust, History, Intervention, LatLon, Orogeny, Outcome, Progress, Recipe,
+        SimulationPlugins, Statistics, Surface, TectonicError, TectonicStep, TectonicSystems,
     };
     pub use crate::surface::Overlay;
 }

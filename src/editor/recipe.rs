@@ -244,6 +244,10 @@ fn form(ui: &mut Ui, recipe: &mut Recipe) -> bool {
             look::share(ui, &mut recipe.land_share, Recipe::SHARES)
         });
     }
+    let hint = "Number of hot spots under the plates. Earth has some 20 to 50.";
+    edited |= look::row(ui, "Hot spots", hint, |ui| {
+        look::slider(ui, &mut recipe.hot_spots, Recipe::HOT_SPOTS, |s| s)
+    });
     edited |= laws(ui, &mut recipe.laws);
     edited |= look::row(ui, "Drive", "What turns the plates.", |ui| {
         let soft = "Torque balance of the forces at the boundaries, with soft margins.";

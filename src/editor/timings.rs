@@ -27,7 +27,8 @@ pub(super) fn show(ui: &mut Ui, stages: &[(&'static str, f64)], steps: u64) {
     ui.spacing_mut().item_spacing.y = 1.0;
     for &(name, seconds) in stages {
         // The stages at both ends belong to the user and are mostly empty.
-        if seconds <= 0.0 || (matches!(name, "first" | "last") && seconds < 1e-3 * total) {
+        let idle = matches!(name, "first" | "apply_events" | "last") && seconds < 1e-3 * total;
+        if seconds <= 0.0 || idle {
             continue;
         }
         let size = vec2(ui.available_width(), 16.0);

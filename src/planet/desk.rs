@@ -3,7 +3,9 @@
 use super::{
     events::GrowthFailure, grower::Worker, statistics::PlanetStatistics, surface::PlanetSurface,
 };
-use crate::simulation::{Cancellation, Progress};
+use crate::simulation::{
+    Cancellation, EventRecord, Intervention, Progress, TectonicError, TectonicEvent,
+};
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 /// Both sides hold the lock only to copy a few values, never while they work.
@@ -17,6 +19,8 @@ pub(super) struct Desk {
 struct Papers {
     orders: Orders,
     report: Report,
+    /// What shall happen at the next step.
+    asked: Vec<Intervention>,
 }
 
 /// What the game wants.
@@ -43,6 +47,12 @@ pub(super) struct Report {
     /// Empty when nothing has changed.
     pub stage_seconds: Vec<(&'static str, f64)>,
     pub snapshot: Option<(PlanetSurface, PlanetStatistics)>,
+    /// Events that were asked for, as the history's recipe has them now.
+    pub recorded: Vec<TectonicEvent>,
+    /// What became of events, of the recipe's too.
+    pub happened: Vec<EventRecord>,
+    /// What was asked for but is not possible at all.
+    pub refused: Vec<(Intervention, TectonicError)>,
     /// The history, when it rests.
     pub returned: Option<Box<Worker>>,
     pub failure: Option<GrowthFailure>,
@@ -105,6 +115,18 @@ impl Desk {
     pub(super) fn owe_step(&self) {
         let orders = &mut self.papers().orders;
         orders.steps = orders.steps.saturating_add(1);
+    }
+
+    /// Asks for changes at the next step.
+    pub(super) fn ask(&self, what: Vec<Intervention>) {
+        if !what.is_empty() {
+            self.papers().asked.extend(what);
+        }
+    }
+
+    /// Takes what was asked for.
+    pub(super) fn take_asked(&self) -> Vec<Intervention> {
+        core::mem::take(&mut self.papers().asked)
     }
 
     /// Whether the last snapshot was taken.

@@ -1,7 +1,7 @@
 //! What a planet tells the game. All events are triggered on the planet's entity: observe them there
 //! with `commands.entity(planet).observe(…)`, or everywhere with `app.add_observer(…)`.
 
-use crate::simulation::{Progress, TectonicError};
+use crate::simulation::{EventRecord, Intervention, Progress, TectonicError};
 use bevy::prelude::*;
 use thiserror::Error;
 
@@ -55,4 +55,40 @@ pub enum GrowthFailure {
     /// A stage panicked: a defect in it, perhaps in one of your own.
     #[error("a stage of the simulation panicked; the thread's message says where")]
     Panicked,
+}
+
+/// Lets something happen to a planet: *you* trigger it on the planet's entity,
+/// `commands.trigger(Intervene { entity, what })`.
+///
+/// It happens at the start of the history's next step, and the planet's
+/// [`recipe`](super::Planet::recipe) gets it with the time at which it did: growing that recipe again grows
+/// the same planet, bit for bit. What became of it, [`EventHappened`] tells. Asked of a planet that rests,
+/// it waits until the history goes on; asked of one whose recipe is replaced in the same frame, it happens
+/// to the new one.
+#[derive(EntityEvent, Debug, Clone, PartialEq)]
+pub struct Intervene {
+    /// The planet.
+    pub entity: Entity,
+    /// What shall happen.
+    pub what: Intervention,
+}
+
+/// An event has had its time: one of the recipe, or one that [`Intervene`] asked for.
+#[derive(EntityEvent, Debug, Clone, PartialEq)]
+pub struct EventHappened {
+    /// The planet.
+    pub entity: Entity,
+    /// What became of it. Its [`failure`](EventRecord::failure) says why nothing happened, if nothing did.
+    pub record: EventRecord,
+}
+
+/// What [`Intervene`] asked for is not possible at any time. Nothing was changed.
+#[derive(EntityEvent, Debug, Clone, PartialEq)]
+pub struct InterventionRefused {
+    /// The planet.
+    pub entity: Entity,
+    /// What was asked for.
+    pub what: Intervention,
+    /// Which value is wrong, and what is allowed.
+    pub error: TectonicError,
 }

@@ -8,7 +8,7 @@ use super::{
     surface::PlanetSurface,
     threads::PlanetThreads,
 };
-use crate::simulation::{History, Recipe, TectonicError};
+use crate::simulation::{History, Intervention, Recipe, TectonicError};
 use bevy::app::PluginGroupBuilder;
 use bevy::platform::time::Instant;
 use bevy::prelude::*;
@@ -41,6 +41,8 @@ pub(super) struct Grower {
     /// How far the game's time has come, in My; the history follows it.
     pub clock_my: f64,
     pub threads: PlanetThreads,
+    /// What shall happen to the planet, until it lies on the desk of its history.
+    pub asked: Vec<Intervention>,
 }
 
 /// One recipe being grown.
@@ -109,6 +111,7 @@ impl Grower {
                 stages: stages.clone(),
                 history: None,
                 published_my: None,
+                events_told: 0,
                 next_snapshot: Instant::now(),
             })),
             desk,
@@ -182,6 +185,8 @@ pub(super) struct Worker {
     stages: Stages,
     history: Option<History>,
     published_my: Option<f64>,
+    /// Events of the log that the game knows of.
+    events_told: usize,
     next_snapshot: Instant,
 }
 
@@ -244,7 +249,17 @@ impl Worker {
         let go = owed || history.time_my() < orders.target_my;
         if go {
             // A planet's own recipe alone decides where steps end, never the game's clock.
+            intervene(&self.desk, history);
             history.step()?;
+            let happened = history
+                .event_log()
+                .get(self.events_told..)
+                .unwrap_or_default();
+            if !happened.is_empty() {
+                self.events_told += happened.len();
+                self.desk
+                    .report(|report| report.happened.extend_from_slice(happened));
+            }
             if history.cancellation().is_cancelled() {
                 return Ok(Work::Over);
             }
@@ -304,6 +319,16 @@ fn begin(recipe: &Recipe, stages: PluginGroupBuilder) -> Result<History, Tectoni
     return crate::import::begin(recipe.clone(), stages);
     #[cfg(not(feature = "import"))]
     History::with_plugins(recipe.clone(), stages)
+}
+
+/// Takes what was asked for into the history, and says how its recipe has it now.
+fn intervene(desk: &Desk, history: &mut History) {
+    for what in desk.take_asked() {
+        match history.apply(what.clone()) {
+            Ok(event) => desk.report(|report| report.recorded.push(event)),
+            Err(error) => desk.report(|report| report.refused.push((what, error))),
+        }
+    }
 }
 
 impl Drop for Worker {

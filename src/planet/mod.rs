@@ -31,7 +31,7 @@
 //! | [`PlanetStatistics`] | the plugin | what it measures, and measured; there with the snapshot |
 //!
 //! Events on the planet's entity: [`SurfaceChanged`], [`GrowthProgressed`], [`GrowthFinished`],
-//! [`GrowthFailed`].
+//! [`GrowthFailed`], [`EventHappened`]. To change a planet while it grows, trigger [`Intervene`] on it.
 //!
 //! # Frames of reference
 //!
@@ -51,7 +51,10 @@ mod surface;
 mod threads;
 mod view;
 
-pub use events::{GrowthFailed, GrowthFailure, GrowthFinished, GrowthProgressed, SurfaceChanged};
+pub use events::{
+    EventHappened, GrowthFailed, GrowthFailure, GrowthFinished, GrowthProgressed, Intervene,
+    InterventionRefused, SurfaceChanged,
+};
 pub use frame::{from_scene, to_scene};
 pub use growth::{Growth, GrowthState};
 pub use plugin::{PlanetPlugin, PlanetSystems};

@@ -3,10 +3,13 @@
 use super::{
     Growth, GrowthState, Planet, PlanetStatistics, PlanetSurface, PlanetThreads, PlanetView,
     desk::Report,
-    events::{GrowthFailed, GrowthFinished, GrowthProgressed, SurfaceChanged},
+    events::{
+        EventHappened, GrowthFailed, GrowthFinished, GrowthProgressed, Intervene,
+        InterventionRefused, SurfaceChanged,
+    },
     grower::{Grower, Job, Stages},
 };
-use crate::simulation::SimulationPlugins;
+use crate::simulation::{SimulationPlugins, record_event};
 use bevy::app::PluginGroupBuilder;
 use bevy::platform::time::Instant;
 use bevy::prelude::*;
@@ -74,7 +77,22 @@ impl Plugin for PlanetPlugin {
             .register_type::<Planet>()
             .register_type::<PlanetView>()
             .register_type::<PlanetStatistics>()
+            .add_observer(intervene)
             .add_systems(PreUpdate, tend_planets.in_set(PlanetSystems::Tend));
+    }
+}
+
+/// Checks what somebody asks for, and keeps it until the planet is tended next.
+fn intervene(asked: On<Intervene>, mut commands: Commands, mut growers: Query<&mut Grower>) {
+    let Intervene { entity, what } = asked.event();
+    if let Err(error) = what.validate("event") {
+        commands.trigger(InterventionRefused {
+            entity: *entity,
+            what: what.clone(),
+            error,
+        });
+    } else if let Ok(mut grower) = growers.get_mut(*entity) {
+        grower.asked.push(what.clone());
     }
 }
 
@@ -112,8 +130,24 @@ fn tend_planets(
         let Some(job) = &mut grower.job else {
             continue;
         };
+        job.desk.ask(core::mem::take(&mut grower.asked));
         let mut report = job.desk.order(orders);
         job.receive(&mut report);
+        for event in report.recorded.drain(..) {
+            // Both, or the planet would be grown anew.
+            record_event(&mut job.recipe.events, event.clone());
+            record_event(&mut planet.recipe.events, event);
+        }
+        for record in report.happened.drain(..) {
+            commands.trigger(EventHappened { entity, record });
+        }
+        for (what, error) in report.refused.drain(..) {
+            commands.trigger(InterventionRefused {
+                entity,
+                what,
+                error,
+            });
+        }
         job.run(&orders, &threads, deadline);
 
         let now = describe(&growth, &planet, job, &report, surface.is_some());

@@ -39,7 +39,7 @@ type AllColumns = (
     &'static FoldDirection,
     &'static RidgeDirection,
     &'static Slab,
-    &'static Trench,
+    (&'static Trench, &'static Volcanism),
 );
 
 /// Verifies the world: see [`History::check`](super::History::check).
@@ -92,7 +92,12 @@ fn check_world(
             ("fold direction", f64::from(columns.11[v].0.length())),
             ("ridge direction", f64::from(columns.12[v].0.length())),
             ("slab", f64::from(columns.13[v].0)),
-            ("trench", f64::from(columns.14[v].0)),
+            ("trench", f64::from(columns.14.0[v].0)),
+            ("pile", f64::from(columns.14.1[v].pile_km)),
+            (
+                "time of volcanism",
+                f64::from(columns.14.1[v].last_my.unwrap_or(0.0)),
+            ),
         ];
         if let Some((field, _)) = fields.iter().find(|(_, value)| !value.is_finite()) {
             return Err(TectonicError::NotFinite {
@@ -181,7 +186,9 @@ fn hash_world(
             columns.8[v].0,
             columns.10[v].0,
             columns.13[v].0,
-            columns.14[v].0,
+            columns.14.0[v].0,
+            columns.14.1[v].pile_km,
+            columns.14.1[v].last_my.unwrap_or(f32::MAX),
         ] {
             hash.update(&single.to_le_bytes());
         }

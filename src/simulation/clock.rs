@@ -1,6 +1,6 @@
 //! Simulated time. Never the clock on the wall.
 
-use super::{constants::StepConstants, recipe::Recipe};
+use super::{constants::StepConstants, events::TectonicEvent, recipe::Recipe};
 use bevy::prelude::*;
 
 /// Where the history stands.
@@ -9,6 +9,8 @@ use bevy::prelude::*;
 pub struct Clock {
     /// Time since the start in My.
     pub time_my: f64,
+    /// When the present step began, in My.
+    pub began_my: f64,
     /// Length of the present step in My.
     pub step_my: f64,
     /// Steps begun.
@@ -17,6 +19,8 @@ pub struct Clock {
     pub fastest: f64,
     /// A step does not pass this time, in My, while it lies ahead.
     pub stop_at_my: f64,
+    /// How many of the recipe's events have had their time.
+    pub events_done: usize,
     /// Slow stages that are due in this step, with the time since they last ran.
     pub geology: Tick,
     /// Reorganisation of plates.
@@ -59,12 +63,23 @@ impl Clock {
         } = recipe.constants.step;
         // The finest cells of an uneven mesh are the nominal ones; dull ones are coarser.
         let reach = courant * recipe.spacing_km();
-        let free = (reach / self.fastest.max(1.0)).min(longest);
-        let left = if self.stop_at_my > self.time_my {
-            self.stop_at_my - self.time_my
-        } else {
-            f64::INFINITY
-        };
+        let due = recipe
+            .events
+            .iter()
+            .skip(self.events_done)
+            .take_while(|event| event.at_my <= self.time_my);
+        let (events, fastest) = due.fold((0, self.fastest), |(count, fastest), event| {
+            (count + 1, fastest.max(event.what.speed(recipe.radius_km)))
+        });
+        let free = (reach / fastest.max(1.0)).min(longest);
+        let stop = recipe
+            .events
+            .iter()
+            .flat_map(TectonicEvent::stops)
+            .chain([self.stop_at_my])
+            .filter(|&stop| stop > self.time_my)
+            .fold(f64::INFINITY, f64::min);
+        let left = stop - self.time_my;
         // Land on the end exactly, without a last step of almost nothing.
         let last = left <= free * 1.000_001;
         self.step_my = if last {
@@ -74,15 +89,18 @@ impl Clock {
         } else {
             free
         };
+        self.began_my = self.time_my;
         self.time_my = if last {
-            self.stop_at_my
+            stop
         } else {
             self.time_my + self.step_my
         };
         self.steps += 1;
         // The finished planet shows the heights of its last moment.
-        let end = self.time_my >= recipe.duration_my && last;
-        self.geology.advance(self.step_my, geology, end);
+        let end = self.time_my >= recipe.duration_my && self.time_my == self.stop_at_my;
+        // What events did shows at once.
+        self.geology
+            .advance(self.step_my, geology, end || events > 0);
         self.reorganisation
             .advance(self.step_my, reorganisation, false);
         self.refinement

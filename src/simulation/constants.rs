@@ -63,7 +63,7 @@ macro_rules! constants {
         }
 
         impl $group {
-            fn validate(&self) -> Result<(), TectonicError> {
+            pub(super) fn validate(&self) -> Result<(), TectonicError> {
                 $(if !($low..=$high).contains(&self.$name) {
                     return Err(TectonicError::Recipe {
                         field: concat!("constants.", $path, ".", stringify!($name)).into(),
@@ -107,6 +107,10 @@ macro_rules! constants {
     };
 }
 
+mod published;
+
+pub use published::{FounderingConstants, HotSpotConstants, LawConstants, PrescribedConstants};
+
 /// All constants, grouped by the stage that reads them.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, bevy::reflect::Reflect)]
 #[serde(default, deny_unknown_fields)]
@@ -139,6 +143,8 @@ pub struct Constants {
     pub prescribed: PrescribedConstants,
     /// Published laws.
     pub laws: LawConstants,
+    /// Plumes and the islands they raise.
+    pub hot_spots: HotSpotConstants,
 }
 
 impl Constants {
@@ -160,12 +166,13 @@ impl Constants {
         self.plates.validate()?;
         self.foundering.validate()?;
         self.prescribed.validate()?;
-        self.laws.validate()
+        self.laws.validate()?;
+        self.hot_spots.validate()
     }
 
     /// The groups as tables.
     #[must_use]
-    pub fn groups(&self) -> [&dyn ConstantGroup; 14] {
+    pub fn groups(&self) -> [&dyn ConstantGroup; 15] {
         [
             &self.step,
             &self.refine,
@@ -181,12 +188,13 @@ impl Constants {
             &self.foundering,
             &self.prescribed,
             &self.laws,
+            &self.hot_spots,
         ]
     }
 
     /// The groups as tables whose values may be changed.
     #[must_use]
-    pub fn groups_mut(&mut self) -> [&mut dyn ConstantGroup; 14] {
+    pub fn groups_mut(&mut self) -> [&mut dyn ConstantGroup; 15] {
         [
             &mut self.step,
             &mut self.refine,
@@ -202,6 +210,7 @@ impl Constants {
             &mut self.foundering,
             &mut self.prescribed,
             &mut self.laws,
+            &mut self.hot_spots,
         ]
     }
 }
@@ -498,101 +507,6 @@ constants! {
         majority = 0.64 in 0.5..=1.0 "",
         /// Enclosed seas smaller than this fill up and become basins.
         basin = 6.0e5 in 0.0..=1.0e7 "km²",
-    }
-}
-
-constants! {
-    /// The drive by foundering sea floor (Tectonics.js).
-    FounderingConstants("foundering") {
-        /// Density of sea floor at the ridge.
-        young_density = 2890.0 in 2500.0..=3300.0 "kg/m³",
-        /// Density of the oldest sea floor.
-        old_density = 3300.0 in 2900.0..=3600.0 "kg/m³",
-        /// Age at which sea floor is that dense; in between its density grows evenly.
-        old_age = 250.0 in 20.0..=1000.0 "My",
-        /// Density of the mantle beneath: what is denser founders, here from 113 My on.
-        mantle_density = 3075.0 in 2800.0..=3500.0 "kg/m³",
-        /// Length over which the mantle passes the pull on, √(diffusivity × time). Shorter ones leave
-        /// the middle of plates at rest (calibrated).
-        diffusion_length = 2000.0 in 200.0..=8000.0 "km",
-        /// Speed of the mantle for a gradient of buoyancy of 1 N/m³ per 1,000 km. Tectonics.js gives
-        /// none; this one holds the mean speed near Earth's (calibrated).
-        mobility = 2.0 in 0.01..=100.0 "km/My",
-        /// Firmness with which plates hold each other where continents have interpenetrated by
-        /// `motion.collision_length` along the whole of their front (calibrated).
-        resistance = 5.0 in 0.0..=1000.0 "",
-        /// Speed that no plate exceeds.
-        fastest = 150.0 in 10.0..=500.0 "km/My",
-        /// Time between two segmentations of the mantle's flow into plates.
-        interval = 150.0 in 4.0..=2000.0 "My",
-        /// Share of a segmentation's plates that must be left; where fewer are, it is repeated early.
-        /// Tectonics.js has no sutures that could make them fewer.
-        fewest = 0.8 in 0.0..=1.0 "of the segments",
-        /// Shortest time between two segmentations.
-        rest = 40.0 in 4.0..=500.0 "My",
-        /// Most plates that a segmentation makes; trenches and sutures leave about 7.
-        segments = 10.0 in 2.0..=60.0 "plates",
-        /// Largest angle between the rotation of a place and that of its segment's fastest place.
-        spread = 60.0 in 5.0..=120.0 "°",
-        /// Radius by which the borders of segments are opened and closed (or 1.1 spacings): necks and
-        /// bays narrower than twice as much vanish.
-        rounding = 500.0 in 0.0..=3000.0 "km",
-    }
-}
-
-constants! {
-    /// The drive by prescribed rotations (Cortial et al. 2019, section 4.1).
-    PrescribedConstants("prescribed") {
-        /// Turn of a plate's axis by slab pull, ε, per length of its trenches. The paper gives none;
-        /// 0.1 · plates / points, which others use, is this at 24 plates, 10,000 points and a point
-        /// for every 226 km.
-        slab_turn = 1.0e-6 in 0.0..=1.0e-3 "rad per km and My",
-        /// Largest speed of a plate, v₀ (its Table 3).
-        fastest = 100.0 in 1.0..=500.0 "km/My",
-        /// Least speed at which the halves of a rift part and foundering sea floor sets out.
-        first_slowest = 30.0 in 0.0..=200.0 "km/My",
-        /// Largest such speed.
-        first_fastest = 100.0 in 0.0..=200.0 "km/My",
-    }
-}
-
-constants! {
-    /// Published laws: the constants of Cortial et al. 2019, Table 3, of Yggdrasill and of Tectonics.js.
-    LawConstants("laws") {
-        /// Highest elevation of a ridge, z_r.
-        ridge_elevation = -1.0 in -5.0..=0.0 "km",
-        /// Elevation of abyssal plains, z_a (Yggdrasill's is the same).
-        abyss_elevation = -6.0 in -9.0..=-2.0 "km",
-        /// Elevation of trenches, z_t.
-        trench_elevation = -10.0 in -20.0..=-6.0 "km",
-        /// Highest elevation of continents, z_c.
-        highest_elevation = 10.0 in 2.0..=30.0 "km",
-        /// Damping of the elevation of sea floor, ε_o.
-        sea_floor_damping = 0.04 in 0.0..=10.0 "km/My",
-        /// Uplift at subduction, u₀.
-        uplift = 0.6 in 0.0..=10.0 "km/My",
-        /// Distance from the trench at which that uplift is largest. The paper draws it without a
-        /// figure; this is what others have used.
-        uplift_peak = 640.0 in 50.0..=2000.0 "km",
-        /// Distance from the trench at which it ends, r_s.
-        subduction_distance = 1800.0 in 100.0..=5000.0 "km",
-        /// Speed to which speeds are compared, v₀.
-        reference_speed = 100.0 in 10.0..=500.0 "km/My",
-        /// Largest reach of a collision, r_c.
-        collision_distance = 4200.0 in 100.0..=10000.0 "km",
-        /// Surge of elevation in a collision, Δ_c, per area of the terrane.
-        collision = 1.3e-5 in 0.0..=1.0e-3 "km/km²",
-        /// Erosion of the highest land, ε_c.
-        erosion = 0.03 in 0.0..=5.0 "km/My",
-        /// Sediment that trenches take, ε_t.
-        sediment = 0.3 in 0.0..=5.0 "km/My",
-        /// Amplitude of the low-frequency noise. The paper gives none; on Earth the mantle's flow lifts
-        /// and lowers the surface by about as much.
-        noise = 250.0 in 0.0..=2000.0 "m",
-        /// Mean rain (Tectonics.js: the mean over Earth's land).
-        precipitation = 7.8e5 in 0.0..=1.0e7 "m/My",
-        /// Share of a difference in height that a metre of rain carries off (Tectonics.js).
-        rain_erosion = 1.8e-7 in 0.0..=1.0e-5 "/m",
     }
 }
 

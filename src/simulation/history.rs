@@ -4,6 +4,7 @@ use super::{
     check,
     clock::Clock,
     error::TectonicError,
+    events::{self, EventLog, EventRecord, Intervention, TectonicEvent},
     ledger::Ledger,
     plugin::SimulationPlugins,
     recipe::Recipe,
@@ -188,6 +189,36 @@ impl History {
             }
         }
         Ok(Outcome::Finished)
+    }
+
+    /// Lets something happen at the start of the next step, and notes it in the
+    /// [recipe](Self::recipe) so that growing that again grows the same planet, bit for bit. (As long as
+    /// both run alike: where [`run_until`](Self::run_until) stops on its way, a step ends.)
+    ///
+    /// Returns the event as the recipe has it now. What became of it stands in the
+    /// [log](Self::event_log) after that step.
+    ///
+    /// # Errors
+    /// [`TectonicError::Recipe`] if a value lies outside its range, or there are too many events.
+    pub fn apply(&mut self, what: Intervention) -> Result<TectonicEvent, TectonicError> {
+        what.validate("event")?;
+        let clock = self.world.resource::<Clock>();
+        let event = TectonicEvent {
+            at_my: clock.time_my,
+            what,
+            // Where a run was told to stop, no step would end by itself.
+            between_steps: clock.steps > 0 && clock.time_my != clock.stop_at_my,
+        };
+        let mut recipe = self.world.resource_mut::<Recipe>();
+        events::one_more(&recipe.events)?;
+        events::record(&mut recipe.events, event.clone());
+        Ok(event)
+    }
+
+    /// What became of the events so far, in the order in which they had their time.
+    #[must_use]
+    pub fn event_log(&self) -> &[EventRecord] {
+        &self.world.resource::<EventLog>().0
     }
 
     /// Where a run to `end_my` stands.

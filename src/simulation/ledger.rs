@@ -5,7 +5,7 @@ use serde::Serialize;
 
 /// Volumes of continental crust in km³ and areas of sea floor in km², since the start.
 ///
-/// `initial + arc_magma + accreted − eroded` is the continental volume; see
+/// `initial + arc_magma + plume_magma + accreted + prescribed − eroded` is the continental volume; see
 /// [`closing_error`](Self::closing_error).
 #[derive(Resource, Debug, Clone, Copy, Default, PartialEq, Serialize, Reflect)]
 #[reflect(Resource)]
@@ -14,10 +14,14 @@ pub struct Ledger {
     pub initial_km3: f64,
     /// Magma that arcs added to continents, km³.
     pub arc_magma_km3: f64,
+    /// Magma that hot spots added to continents, km³.
+    pub plume_magma_km3: f64,
     /// Sea floor, island arcs and filled basins that became continental, km³.
     pub accreted_km3: f64,
     /// Rock lost to the deep sea, km³.
     pub eroded_km3: f64,
+    /// What events made continental less what they made sea floor, km³.
+    pub prescribed_km3: f64,
     /// Area of crust made at ridges, km².
     pub area_created_km2: f64,
     /// Area of crust consumed at trenches and in collisions, km².
@@ -32,7 +36,12 @@ impl Ledger {
     /// Continental volume that the books say is there, km³.
     #[must_use]
     pub fn booked_km3(&self) -> f64 {
-        self.initial_km3 + self.arc_magma_km3 + self.accreted_km3 - self.eroded_km3
+        self.initial_km3
+            + self.arc_magma_km3
+            + self.plume_magma_km3
+            + self.accreted_km3
+            + self.prescribed_km3
+            - self.eroded_km3
     }
 
     /// Difference between the volume found and the volume booked, as a share of the latter. Where

@@ -16,7 +16,9 @@ mod clock;
 mod columns;
 pub mod constants;
 mod error;
+mod events;
 mod history;
+mod hot_spot;
 pub mod laws;
 mod ledger;
 mod plate;
@@ -38,14 +40,20 @@ pub use boundaries::{Boundaries, Contact, Contacts, Front, Motion, Rift};
 pub use clock::{Clock, Tick};
 pub use columns::Columns;
 pub use error::TectonicError;
+pub(crate) use events::record as record_event;
+pub use events::{
+    EventFailure, EventLog, EventRecord, HeldMotion, Intervention, LatLon, NewCrust, PlateChoice,
+    TectonicEvent,
+};
 pub use history::{History, Outcome, Progress};
+pub use hot_spot::HotSpot;
 pub use ledger::Ledger;
 pub use plate::{
     DrivingTorque, NextPlateId, Plate, PlateArea, PlateBorn, PlateRow, PlateTable, Rotation,
 };
 pub use plugin::{
-    ApplyForcesPlugin, ClassifyBoundariesPlugin, CreateCrustPlugin, ErodePlugin, MovePlugin,
-    RefinePlugin, ReorganizePlatesPlugin, RepairMeshPlugin, ResolveCollisionsPlugin,
+    ApplyEventsPlugin, ApplyForcesPlugin, ClassifyBoundariesPlugin, CreateCrustPlugin, ErodePlugin,
+    MovePlugin, RefinePlugin, ReorganizePlatesPlugin, RepairMeshPlugin, ResolveCollisionsPlugin,
     SimulationPlugin, SimulationPlugins, UpliftPlugin,
 };
 pub use reach::{Reach, reach};
@@ -64,7 +72,7 @@ pub use statistics::{
 };
 pub use sub_plate::{
     Created, Crust, Deviation, Elevation, FoldDirection, MaterialArea, Orogeny, OrogenyBegan,
-    PlateId, Position, RidgeDirection, Slab, SubPlate, Thickness, Trench, Velocity,
+    PlateId, Position, RidgeDirection, Slab, SubPlate, Thickness, Trench, Velocity, Volcanism,
 };
 pub use surface::Surface;
 pub use topology::{BoundaryKind, EdgeState, Topology};

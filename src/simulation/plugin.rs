@@ -3,6 +3,8 @@
 use super::{
     boundaries::{Boundaries, Contacts},
     clock::Clock,
+    events::{EventLog, HeldMotion},
+    hot_spot::HotSpot,
     ledger::Ledger,
     plate::{DrivingTorque, NextPlateId, Plate, PlateArea, PlateBorn, Rotation},
     recipe::{Drive, Recipe},
@@ -25,12 +27,13 @@ use bevy::prelude::*;
 /// | plugin | stage |
 /// |---|---|
 /// | [`SimulationPlugin`] | components, resources, the [`TectonicStep`] schedule |
+/// | [`ApplyEventsPlugin`] | scripted events |
 /// | [`RefinePlugin`] | cells split and merge |
 /// | [`ClassifyBoundariesPlugin`] | fronts and their kinds |
 /// | [`CreateCrustPlugin`] | ridges and tearing rifts |
 /// | [`ApplyForcesPlugin`] | slabs, torque balance, soft margins |
 /// | [`MovePlugin`] | sub-plates move |
-/// | [`UpliftPlugin`] | arcs, trenches, plateaus |
+/// | [`UpliftPlugin`] | arcs, trenches, plateaus, islands over hot spots |
 /// | [`ResolveCollisionsPlugin`] | subduction and crushing |
 /// | [`RepairMeshPlugin`] | Delaunay, slivers |
 /// | [`ErodePlugin`] | wear, sediment, isostasy, sea |
@@ -47,6 +50,7 @@ impl PluginGroup for SimulationPlugins {
     fn build(self) -> PluginGroupBuilder {
         PluginGroupBuilder::start::<Self>()
             .add(SimulationPlugin)
+            .add(ApplyEventsPlugin)
             .add(RefinePlugin)
             .add(ClassifyBoundariesPlugin)
             .add(CreateCrustPlugin)
@@ -84,6 +88,9 @@ impl Plugin for SimulationPlugin {
             .register_type::<RidgeDirection>()
             .register_type::<Slab>()
             .register_type::<Trench>()
+            .register_type::<Volcanism>()
+            .register_type::<HotSpot>()
+            .register_type::<HeldMotion>()
             .register_type::<Plate>()
             .register_type::<Rotation>()
             .register_type::<PlateArea>()
@@ -97,6 +104,7 @@ impl Plugin for SimulationPlugin {
             .register_type::<Mantle>()
             .init_resource::<Boundaries>()
             .init_resource::<Contacts>()
+            .init_resource::<EventLog>()
             .init_resource::<StepFailure>()
             .init_resource::<Cancellation>()
             .init_resource::<StageTimings>()
@@ -118,6 +126,29 @@ macro_rules! stage {
             }
         }
     };
+}
+
+/// Before stage 1: the recipe's events, see [`TectonicSystems::ApplyEvents`]. Between `ApplyForces` and
+/// `Move`, plates are kept to the motions that events hold them to.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct ApplyEventsPlugin;
+
+impl Plugin for ApplyEventsPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(
+            TectonicStep,
+            (
+                apply_events::apply_events
+                    .pipe(record_failure)
+                    .in_set(TectonicSystems::ApplyEvents)
+                    // It takes the whole world, which is no reason against systems of one's own here.
+                    .ambiguous_with_all(),
+                apply_events::hold_motions
+                    .after(TectonicSystems::ApplyForces)
+                    .before(TectonicSystems::Move),
+            ),
+        );
+    }
 }
 
 stage!(
@@ -166,7 +197,11 @@ stage!(
 stage!(
     /// Stage 6, see [`TectonicSystems::Uplift`].
     UpliftPlugin, Uplift,
-    [uplift::uplift.pipe(record_failure)]
+    [
+        uplift::uplift.pipe(record_failure),
+        hot_spots::feed_islands.pipe(record_failure),
+        hot_spots::wear_islands.pipe(record_failure),
+    ]
 );
 stage!(
     /// Stage 7, see [`TectonicSystems::ResolveCollisions`].

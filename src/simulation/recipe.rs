@@ -3,6 +3,7 @@
 use super::{
     constants::Constants,
     error::TectonicError,
+    events::{Intervention, TectonicEvent},
     laws::Laws,
     start::{Hypsometry, ImageStart},
 };
@@ -94,6 +95,12 @@ pub struct Recipe {
     pub drive: Drive,
     /// Which formulas the stages use.
     pub laws: Laws,
+    /// Number of hot spots under the plates from the start, 0 to 200. Earth has some 20 to 50 that rise
+    /// from deep in the mantle (Courtillot et al. 2003; French & Romanowicz 2015).
+    pub hot_spots: u32,
+    /// What happens at which time, at most 10,000 events in any order.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub events: Vec<TectonicEvent>,
     /// Constants of the model.
     pub constants: Constants,
 }
@@ -111,6 +118,8 @@ impl Default for Recipe {
             land_share: 0.30,
             drive: Drive::default(),
             laws: Laws::default(),
+            hot_spots: 20,
+            events: Vec::new(),
             constants: Constants::default(),
         }
     }
@@ -127,6 +136,10 @@ impl Recipe {
     pub const PLATES: RangeInclusive<u32> = 2..=200;
     /// Allowed shares of continental crust and of land.
     pub const SHARES: RangeInclusive<f64> = 0.0..=0.9;
+    /// Allowed numbers of hot spots.
+    pub const HOT_SPOTS: RangeInclusive<u32> = 0..=200;
+    /// Allowed numbers of events.
+    pub const EVENTS: RangeInclusive<usize> = 0..=10_000;
 
     /// A planet like Earth: 10,000 sub-plates, 250 My.
     #[must_use]
@@ -156,6 +169,13 @@ impl Recipe {
     #[must_use]
     pub fn with_duration(mut self, duration_my: f64) -> Self {
         self.duration_my = duration_my;
+        self
+    }
+
+    /// The same recipe with one more event, at a time in My.
+    #[must_use]
+    pub fn with_event(mut self, at_my: f64, what: Intervention) -> Self {
+        self.events.push(TectonicEvent::new(at_my, what));
         self
     }
 
@@ -198,6 +218,11 @@ impl Recipe {
         )?;
         within("land_share", self.land_share, Self::SHARES, "")?;
         self.start.validate()?;
+        within("hot_spots", self.hot_spots, Self::HOT_SPOTS, "")?;
+        within("the number of events", self.events.len(), Self::EVENTS, "")?;
+        for (i, event) in self.events.iter().enumerate() {
+            event.validate(&format!("events[{i}]"))?;
+        }
         self.constants.validate()
     }
 }

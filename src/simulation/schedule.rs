@@ -20,6 +20,8 @@ pub struct TectonicStep;
 pub enum TectonicSystems {
     /// Yours: before anything of the step has run. The clock already shows the step's end.
     First,
+    /// Scripted events whose time has come.
+    ApplyEvents,
     /// Split and merge cells.
     Refine,
     /// Find fronts and name their kind.
@@ -47,8 +49,9 @@ pub enum TectonicSystems {
 
 impl TectonicSystems {
     /// All stages in their order.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::First,
+        Self::ApplyEvents,
         Self::Refine,
         Self::ClassifyBoundaries,
         Self::CreateCrust,
@@ -67,6 +70,7 @@ impl TectonicSystems {
     pub fn name(self) -> &'static str {
         match self {
             Self::First => "first",
+            Self::ApplyEvents => "apply_events",
             Self::Refine => "refine",
             Self::ClassifyBoundaries => "classify_boundaries",
             Self::CreateCrust => "create_crust",
@@ -114,14 +118,14 @@ pub fn record_failure(In(result): In<Result<(), TectonicError>>, mut failure: Re
 #[derive(Resource, Debug, Clone)]
 pub struct StageTimings {
     /// Time by stage since the start.
-    pub total: [Duration; 12],
+    pub total: [Duration; 13],
     lap: Instant,
 }
 
 impl Default for StageTimings {
     fn default() -> Self {
         Self {
-            total: [Duration::ZERO; 12],
+            total: [Duration::ZERO; 13],
             lap: Instant::now(),
         }
     }

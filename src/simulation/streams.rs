@@ -25,6 +25,10 @@ pub enum Purpose {
     Mantle,
     /// Low-frequency noise of the surface.
     Swell,
+    /// Places and strengths of hot spots.
+    HotSpots = 40,
+    /// Outlines of scripted events.
+    Events,
 }
 
 /// A counter-based stream (`ChaCha8`) keyed by seed, purpose, step and number.

@@ -25,7 +25,8 @@ use serde::{Deserialize, Serialize};
     FoldDirection,
     RidgeDirection,
     Slab,
-    Trench
+    Trench,
+    Volcanism
 )]
 pub struct SubPlate;
 
@@ -134,3 +135,28 @@ pub struct Slab(pub f32);
 #[derive(Component, Debug, Clone, Copy, Default, PartialEq, Reflect)]
 #[reflect(Component, Default)]
 pub struct Trench(pub f32);
+
+/// What hot spots have left on the crust.
+#[derive(Component, Debug, Clone, Copy, Default, PartialEq, Reflect)]
+#[reflect(Component, Default)]
+pub struct Volcanism {
+    /// Part of the thickness of oceanic crust that is a hot spot's lava, in km.
+    pub pile_km: f32,
+    /// When a hot spot last fed the crust, in My on the planet's clock; none if none ever did.
+    pub last_my: Option<f32>,
+}
+
+impl Volcanism {
+    /// What is left where crust of this and of another sub-plate is mixed, given their areas in km².
+    #[must_use]
+    pub(crate) fn mixed(self, area: f64, other: Self, other_area: f64) -> Self {
+        let pile = f64::from(self.pile_km) * area + f64::from(other.pile_km) * other_area;
+        Self {
+            pile_km: (pile / (area + other_area).max(f64::MIN_POSITIVE)) as f32,
+            last_my: match (self.last_my, other.last_my) {
+                (Some(one), Some(two)) => Some(one.max(two)),
+                (one, two) => one.or(two),
+            },
+        }
+    }
+}

@@ -12,6 +12,7 @@ use super::{
     clock::Clock,
     columns::Columns,
     error::TectonicError,
+    hot_spot::HotSpot,
     plate::{Plate, PlateBorn, PlateTable, Rotation},
     recipe::Recipe,
     sub_plate::*,
@@ -53,6 +54,10 @@ pub struct Surface {
     pub orogeny: Vec<Orogeny>,
     /// Time since the last mountain building in My; that of the crust where there was none.
     pub orogeny_age: Vec<f32>,
+    /// Time since a hot spot last fed the crust in My; none where none ever did.
+    pub volcanism_age: Vec<Option<f32>>,
+    /// Hot spots, in the order of their ids.
+    pub hot_spots: Vec<HotSpot>,
     /// Kind of boundary per *edge number* of the mesh: from the plate at the edge's first end to that at
     /// its second. `Joined` within plates, and only there.
     pub boundary: Vec<BoundaryKind>,
@@ -88,6 +93,7 @@ type SurfaceColumns = (
     &'static Thickness,
     &'static Orogeny,
     &'static OrogenyBegan,
+    &'static Volcanism,
 );
 
 fn capture(
@@ -96,10 +102,11 @@ fn capture(
     topology: Res<Topology>,
     contacts: Res<Contacts>,
     plates: Query<(Entity, &Plate, &Rotation, &PlateBorn)>,
+    hot_spots: Query<&HotSpot>,
     mut sub_plates: Query<SurfaceColumns, With<SubPlate>>,
 ) -> Result<Surface, TectonicError> {
     let mesh = &topology.0;
-    let (elevation, crust, created, plate, velocity, thickness, orogeny, began) =
+    let (elevation, crust, created, plate, velocity, thickness, orogeny, began, volcanism) =
         sub_plates.columns(mesh.vertex_count())?;
     let plates = PlateTable::gather(plates.iter());
     let margins = Margins {
@@ -138,6 +145,11 @@ fn capture(
                 })
             })
             .collect(),
+        volcanism_age: volcanism
+            .iter()
+            .map(|volcanism| volcanism.last_my.map(since))
+            .collect(),
+        hot_spots: HotSpot::in_order(&hot_spots),
         boundary: margins.kinds(),
         rotations: plates
             .rows()

@@ -75,6 +75,10 @@ impl Wander {
 /// The climate that a latitude suggests, bent by [`Wander`].
 pub(crate) struct Climate {
     /// The latitude whose climate this is, degrees; never negative by much.
+    #[cfg_attr(
+        not(feature = "render"),
+        expect(dead_code, reason = "for climate maps")
+    )]
     pub latitude: f32,
     pub arid: f32,
     boreal: f32,

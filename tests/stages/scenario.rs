@@ -38,6 +38,7 @@ pub const CONTINENT: Ground = Ground {
 pub fn recipe(sub_plates: u32) -> Recipe {
     let mut recipe = Recipe {
         plates: 2,
+        hot_spots: 0,
         ..Recipe::earth_like(1)
             .with_sub_plates(sub_plates)
             .with_duration(1000.0)

@@ -15,6 +15,7 @@ use super::super::{
     reach::reach,
     recipe::Recipe,
     sea::Sea,
+    stages::hot_spots::volcano_height,
     sub_plate::*,
     topology::{EdgeState, Topology},
 };
@@ -26,6 +27,10 @@ use bevy::prelude::*;
 const FAR_INLAND: f64 = 2000.0;
 /// Thickness of the crust that the age–depth law describes, in km.
 const NORMAL_OCEANIC: f64 = 7.0;
+
+/// Mean height of ground that volcanoes cover as a share of their summits': a cone's is a third, and they
+/// cover half of it.
+const VOLCANO_MEAN: f64 = 1.0 / 6.0;
 
 /// Wears continents, lays down sediment, and derives every elevation.
 pub(in crate::simulation) fn erode(
@@ -312,6 +317,7 @@ pub(in crate::simulation) fn settle(
             &MaterialArea,
             &Created,
             &Trench,
+            &Volcanism,
             &mut Elevation,
         ),
         With<SubPlate>,
@@ -321,7 +327,7 @@ pub(in crate::simulation) fn settle(
         return Ok(());
     }
     let mesh = &topology.0;
-    let (plate, crust, thickness, area, created, trench, mut elevation) =
+    let (plate, crust, thickness, area, created, trench, volcanism, mut elevation) =
         sub_plates.columns(mesh.vertex_count())?;
     let elevation = elevation.bypass_change_detection();
     let constants = &recipe.constants.erosion;
@@ -333,15 +339,29 @@ pub(in crate::simulation) fn settle(
             }
             let age = clock.time_my - f64::from(created[v].0);
             let trench = f64::from(trench[v].0);
-            sea_floor_height(&recipe, age, thickness[v].0, rise[v], trench)
+            let floor = thickness[v].0 - f64::from(volcanism[v].pile_km);
+            sea_floor_height(&recipe, age, floor, rise[v], trench)
         })
         .collect();
     if recipe.laws.erosion == ErosionLaw::Cortial {
         swell(&recipe, mesh, &mut heights);
     }
-    sea.settle(&heights, area);
-    for (elevation, height) in elevation.iter_mut().zip(heights.drain(..)) {
-        elevation.0 = (height - sea.level) as f32;
+    let volcanoes = |v: usize| {
+        if crust[v].is_continental() {
+            0.0
+        } else {
+            volcano_height(&recipe.constants.hot_spots, volcanism[v], clock.time_my)
+        }
+    };
+    // The sea washes round volcanoes: what it gives way to is the mean of the ground, not its summits.
+    let means: Vec<f64> = heights
+        .iter()
+        .enumerate()
+        .map(|(v, height)| height + VOLCANO_MEAN * volcanoes(v))
+        .collect();
+    sea.settle(&means, area);
+    for (v, (elevation, height)) in elevation.iter_mut().zip(heights).enumerate() {
+        elevation.0 = (height + volcanoes(v) - sea.level) as f32;
     }
     Ok(())
 }

@@ -1,9 +1,11 @@
-//! The ten stages of a step, one file each, in the order of [`TectonicSystems`](super::TectonicSystems).
+//! The stages of a step, one file each, in the order of [`TectonicSystems`](super::TectonicSystems).
 
+pub(super) mod apply_events;
 pub(super) mod apply_forces;
 pub(super) mod classify_boundaries;
 pub(super) mod create_crust;
 pub(super) mod erode;
+pub(super) mod hot_spots;
 #[path = "move.rs"]
 pub(super) mod motion;
 pub(super) mod refine;

@@ -34,6 +34,7 @@ type RefineColumns = (
     &'static FoldDirection,
     &'static Orogeny,
     &'static OrogenyBegan,
+    &'static mut Volcanism,
 );
 
 /// Splits cells that are too large for where they lie and merges those that are too small.
@@ -61,9 +62,11 @@ pub(in crate::simulation) fn refine(
         fold,
         orogeny,
         began,
+        mut volcanism,
     ) = sub_plates.columns(mesh.vertex_count())?;
     let thickness = thickness.bypass_change_detection();
     let area = area.bypass_change_detection();
+    let volcanism = volcanism.bypass_change_detection();
     let constants = &recipe.constants.refine;
     let targets = targets(&recipe, mesh, plate, crust, elevation);
     let cells = shares_of_triangles(mesh, recipe.radius_km);
@@ -91,6 +94,7 @@ pub(in crate::simulation) fn refine(
         };
         let heir = mesh.dest(h) as usize;
         let volume = thickness[i].0 * area[i].0 + thickness[heir].0 * area[heir].0;
+        volcanism[heir] = volcanism[heir].mixed(area[heir].0, volcanism[i], area[i].0);
         area[heir].0 += area[i].0;
         thickness[heir].0 = volume / area[heir].0;
         mesh.collapse(h);
@@ -146,6 +150,7 @@ pub(in crate::simulation) fn refine(
             FoldDirection(tangent(fold[i].0)),
             orogeny[i],
             began[i],
+            volcanism[i].mixed(shares[0], volcanism[j], shares[1]),
         ));
     }
     mesh.repair_delaunay()

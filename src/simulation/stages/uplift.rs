@@ -111,7 +111,9 @@ pub(in crate::simulation) fn uplift(
         .filter(|&v| crust[v].is_continental())
         .map(|v| thickness[v].0 * area[v].0)
         .sum();
-    let growth = volume / ledger.initial_km3.max(1.0) - 1.0;
+    // Continents that events made or took are not the arcs' to correct.
+    let nominal = ledger.initial_km3 + ledger.prescribed_km3;
+    let growth = volume / nominal.max(1.0) - 1.0;
     let vigour = (1.0 - constants.arc_feedback * growth).clamp(0.0, 2.0);
     let law = recipe.laws.uplift;
     let published = &recipe.constants.laws;

@@ -19,6 +19,8 @@ pub use imported::{
 use super::{
     clock::Clock,
     error::TectonicError,
+    events::{self, EventLog},
+    hot_spot::HotSpot,
     ledger::Ledger,
     plate::{NextPlateId, Plate, PlateBorn, Rotation},
     recipe::{Recipe, Start},
@@ -111,6 +113,7 @@ pub fn populate(world: &mut World, recipe: &Recipe) -> Result<(), TectonicError>
         ));
     }
     world.spawn_batch(rows);
+    world.spawn_batch(HotSpot::scattered(recipe));
     world.insert_resource(Clock {
         fastest,
         ..default()
@@ -124,7 +127,10 @@ pub fn populate(world: &mut World, recipe: &Recipe) -> Result<(), TectonicError>
     world.insert_resource(Mantle::new(recipe.seed));
     world.insert_resource(ledger);
     world.insert_resource(moment.sea);
-    world.insert_resource(recipe.clone());
+    let mut recipe = recipe.clone();
+    events::sort(&mut recipe.events);
+    world.insert_resource(recipe);
+    world.insert_resource(EventLog::default());
     // Its heights are no longer needed.
     world.remove_resource::<ImportedWorld>();
     Ok(())

@@ -1,0 +1,188 @@
+//! Hot spots, a part of stage 6: volcanic islands rise over them, age, and drown.
+//!
+//! Lava piles up on the crust above a hot spot, `flux / 2πr² · exp(−d²/2r²)` km of it in a My at the
+//! distance d, the less the higher the volcanoes stand already. Sub-plates are wider than volcanoes, so
+//! the height of one that carries a pile is that of its summits (see
+//! [`relief`](HotSpotConstants::relief)). Carried off by their plate, islands sink with the floor
+//! beneath them, which cools (the age–depth law) as does the swell of the mantle (Detrick & Crough 1978),
+//! while rain and waves plane what stands above the sea. What was planed and has sunk is a guyot.
+
+use super::super::{
+    clock::Clock, columns::Columns, constants::HotSpotConstants, error::TectonicError,
+    hot_spot::HotSpot, ledger::Ledger, recipe::Recipe, sea::Sea, sub_plate::*, topology::Topology,
+};
+use super::sea_floor_depth;
+use crate::mesh::{EdgePayload, SphereMesh};
+use bevy::prelude::*;
+use glam::DVec3;
+
+/// Radii within which crust is fed; farther out less than a hundredth arrives.
+const REACH: f64 = 3.0;
+/// Pile under which the swell is fully there, in km.
+const SWELL_PILE: f64 = 2.0;
+
+/// Height in m of the volcanoes on a sub-plate, and of the swell beneath them, above the sea floor.
+pub(in crate::simulation) fn volcano_height(
+    constants: &HotSpotConstants,
+    volcanism: Volcanism,
+    now_my: f64,
+) -> f64 {
+    let Some(last) = volcanism.last_my else {
+        return constants.relief * f64::from(volcanism.pile_km);
+    };
+    let pile = f64::from(volcanism.pile_km);
+    let since = (now_my - f64::from(last)).max(0.0);
+    constants.relief * pile
+        + constants.swell * (pile / SWELL_PILE).min(1.0) * libm::exp(-since / constants.swell_time)
+}
+
+/// Lava in km that stays on a pile on floor of this depth, in m below the sea, where `fresh` would on none:
+/// `dp = (1 − p/p_max) df`, integrated, as volcanoes approach their greatest height.
+fn growth(constants: &HotSpotConstants, pile_km: f64, depth: f64, fresh: f64) -> f64 {
+    let highest = (constants.highest + depth - constants.swell).max(0.0) / constants.relief;
+    let room = (highest - pile_km).max(0.0);
+    if room > 0.0 {
+        room * (1.0 - libm::exp(-fresh / highest))
+    } else {
+        0.0
+    }
+}
+
+/// Piles lava onto the crust above every hot spot.
+pub(in crate::simulation) fn feed_islands(
+    recipe: Res<Recipe>,
+    clock: Res<Clock>,
+    topology: Res<Topology>,
+    sea: Res<Sea>,
+    mut ledger: ResMut<Ledger>,
+    hot_spots: Query<&HotSpot>,
+    mut sub_plates: Query<
+        (
+            &Crust,
+            &Created,
+            &MaterialArea,
+            &mut Thickness,
+            &mut Volcanism,
+        ),
+        With<SubPlate>,
+    >,
+) -> Result<(), TectonicError> {
+    let hot_spots = HotSpot::in_order(&hot_spots);
+    if hot_spots.is_empty() {
+        return Ok(());
+    }
+    let mesh = &topology.0;
+    let (crust, created, area, mut thickness, mut volcanism) =
+        sub_plates.columns(mesh.vertex_count())?;
+    let thickness = thickness.bypass_change_detection();
+    let volcanism = volcanism.bypass_change_detection();
+    let constants = &recipe.constants.hot_spots;
+    let radius = constants.radius.max(0.5 * recipe.spacing_km());
+    let thickest = recipe.constants.collisions.thickest;
+    for hot_spot in hot_spots {
+        // Per area, so that a chain is as high whatever the spacing.
+        let most = hot_spot.flux / (core::f64::consts::TAU * constants.radius * constants.radius)
+            * clock.step_my;
+        for (v, distance) in around(mesh, hot_spot.place, REACH * radius / recipe.radius_km) {
+            let v = v as usize;
+            let far = distance * recipe.radius_km / radius;
+            let fresh = most * libm::exp(-0.5 * far * far);
+            if crust[v].is_continental() {
+                let room = (thickest - thickness[v].0).max(0.0);
+                let fresh = (fresh * constants.continental).min(room);
+                thickness[v].0 += fresh;
+                ledger.plume_magma_km3 += fresh * area[v].0;
+            } else {
+                let depth = sea_floor_depth(clock.time_my - f64::from(created[v].0)) + sea.level;
+                let pile = f64::from(volcanism[v].pile_km);
+                let fresh = growth(constants, pile, depth, fresh);
+                thickness[v].0 += fresh;
+                volcanism[v].pile_km += fresh as f32;
+            }
+            if far < 1.0 {
+                volcanism[v].last_my = Some(clock.time_my as f32);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Planes what stands above the sea: a pile loses its top.
+pub(in crate::simulation) fn wear_islands(
+    recipe: Res<Recipe>,
+    clock: Res<Clock>,
+    topology: Res<Topology>,
+    mut sub_plates: Query<(&Crust, &Elevation, &mut Thickness, &mut Volcanism), With<SubPlate>>,
+) -> Result<(), TectonicError> {
+    let Some(time) = clock.geology.due() else {
+        return Ok(());
+    };
+    let (crust, elevation, mut thickness, mut volcanism) =
+        sub_plates.columns(topology.0.vertex_count())?;
+    let thickness = thickness.bypass_change_detection();
+    let volcanism = volcanism.bypass_change_detection();
+    let constants = &recipe.constants.hot_spots;
+    let share = 1.0 - libm::exp(-time / constants.wear_time);
+    for v in 0..crust.len() {
+        let above = f64::from(elevation[v].0);
+        if crust[v].is_continental() || above <= 0.0 || volcanism[v].pile_km <= 0.0 {
+            continue;
+        }
+        let worn = (above * share / constants.relief).min(f64::from(volcanism[v].pile_km));
+        volcanism[v].pile_km -= worn as f32;
+        thickness[v].0 -= worn;
+    }
+    Ok(())
+}
+
+/// Vertices within an angle (rad) of a place, with their distances (rad), each once.
+pub(in crate::simulation) fn around<E: EdgePayload>(
+    mesh: &SphereMesh<E>,
+    place: DVec3,
+    angle: f64,
+) -> Vec<(u32, f64)> {
+    let distance = |v: u32| 2.0 * libm::asin((0.5 * mesh.site(v).distance(place)).min(1.0));
+    // Always from the same vertex: a hint that is remembered would be hidden state.
+    let nearest = mesh.nearest(place, 0);
+    let mut found = vec![(nearest, distance(nearest))];
+    let mut seen = std::collections::BTreeSet::from([nearest]);
+    let mut next = 0;
+    while let Some(&(v, _)) = found.get(next) {
+        next += 1;
+        for w in mesh.neighbours(v) {
+            let far = distance(w);
+            if far <= angle && seen.insert(w) {
+                found.push((w, far));
+            }
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn volcanoes_stand_on_their_swell_and_lose_it() {
+        let constants = HotSpotConstants::default();
+        let height =
+            |pile_km, last_my, now| volcano_height(&constants, Volcanism { pile_km, last_my }, now);
+        assert_eq!(height(0.0, None, 50.0), 0.0);
+        // 750 m/km · 8 km + 1000 m, and after 20 My 1000 m / e = 367.88 m.
+        assert!((height(8.0, Some(50.0), 50.0) - 7000.0).abs() < 1e-9);
+        assert!((height(8.0, Some(50.0), 70.0) - 6367.88).abs() < 0.01);
+    }
+
+    #[test]
+    fn the_higher_the_volcano_the_less_lava() {
+        let constants = HotSpotConstants::default();
+        // (3000 + 5500 − 1000) m / 750 m/km = 10 km at most. 10 km · (1 − 1/e) = 6.3212 km.
+        assert!((growth(&constants, 0.0, 5500.0, 10.0) - 6.3212).abs() < 1e-4);
+        // Whether in one step or in two.
+        let half = growth(&constants, 0.0, 5500.0, 5.0);
+        let other = growth(&constants, half, 5500.0, 5.0);
+        assert!((half + other - 6.3212).abs() < 1e-4);
+        assert_eq!(growth(&constants, 12.0, 5500.0, 1.0), 0.0);
+    }
+}
