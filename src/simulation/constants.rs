@@ -286,7 +286,7 @@ constants! {
         /// Thickness of new oceanic crust (Earth 6-7 km).
         oceanic_thickness = 7.0 in 3.0..=12.0 "km",
         /// How much thinner than its flanks stretched crust in a tearing rift is, at a spacing of 226 km.
-        rift_thinning = 9.0 in 1.0..=30.0 "km",
+        rift_thinning = 8.0 in 1.0..=30.0 "km",
         /// Stretched continental crust thinner than this breaks and sea floor begins.
         breakup_thickness = 17.0 in 8.0..=30.0 "km",
     }
@@ -336,10 +336,10 @@ constants! {
     /// The slow convection that gathers and disperses continents.
     MantleConstants("mantle") {
         /// Speed of the flow under continents, a quarter of the way round from where it sinks.
-        speed = 120.0 in 0.0..=500.0 "km/My",
+        speed = 130.0 in 0.0..=500.0 "km/My",
         /// Time in which a supercontinent would warm the mantle enough for a superplume if none were
         /// lost (Gurnis 1988: 100-200 My until the mantle below has turned from cold to hot).
-        heating = 125.0 in 10.0..=5000.0 "My",
+        heating = 115.0 in 10.0..=5000.0 "My",
         /// Time in which stored warmth is lost.
         cooling = 150.0 in 10.0..=10000.0 "My",
         /// Time in which the flow takes up a new order.
@@ -443,9 +443,9 @@ constants! {
         /// Sediment laid down on sea floor.
         sediment_rate = 3.0 in 0.0..=100.0 "m/My",
         /// Width of a passive margin's shelf (Earth 80 km on average, up to 400).
-        shelf_width = 340.0 in 0.0..=1000.0 "km",
+        shelf_width = 420.0 in 0.0..=1000.0 "km",
         /// Width of the shelf between a trench and its arc (Earth: 50-200 km of fore-arc basins).
-        forearc_width = 160.0 in 0.0..=1000.0 "km",
+        forearc_width = 200.0 in 0.0..=1000.0 "km",
         /// Depth of a margin's edge.
         shelf_depth = 190.0 in 0.0..=1000.0 "m",
         /// Width of the wedge of sediment at the foot of a passive margin (Earth 100-500 km).

@@ -28,6 +28,9 @@ const AT_REST_LENGTH: f64 = 100.0;
 const AT_REST_SHARE: f64 = 0.35;
 /// A continent that makes up more than this share of its plate takes the whole plate along.
 const WHOLE_PLATE: f64 = 0.6;
+/// No two plates become one larger than this share of the sphere (Earth's largest has 0.21, Pangaea's may
+/// have had 0.4): the continent alone goes over. A plate of half a planet hardly moves.
+const LARGEST: f64 = 0.35;
 
 /// Welds at most one pair, a failed rift or else the pair that has interpenetrated furthest, and lets
 /// at most one terrane go over.
@@ -52,6 +55,11 @@ pub(in crate::simulation) fn suture(
     let (mut plate, crust, area, mut slab) = sub_plates.columns(mesh.vertex_count())?;
     let plate = plate.bypass_change_detection();
     let areas = plate_areas(&table, plate, area);
+    let sphere = 4.0 * core::f64::consts::PI * recipe.radius_km * recipe.radius_km;
+    let too_large = |&(a, b): &(PlateId, PlateId)| {
+        let of = |id| table.row(id).map_or(0.0, |row| areas[row]);
+        of(a) + of(b) > LARGEST * sphere
+    };
     let touching = |contact: &Contact| contact.last_my >= clock.time_my;
     let by_depth = |a: &(&(PlateId, PlateId), &Contact), b: &(&(PlateId, PlateId), &Contact)| {
         a.1.interpenetration.total_cmp(&b.1.interpenetration)
@@ -77,7 +85,8 @@ pub(in crate::simulation) fn suture(
         } else {
             second
         };
-        if terrane.area > 0.0 && terrane.area < WHOLE_PLATE * whole {
+        let apart = terrane.area < WHOLE_PLATE * whole || too_large(&(a, b));
+        if terrane.area > 0.0 && terrane.area < *whole && apart {
             for &v in &terrane.members {
                 plate[v as usize] = *other;
                 // The slab that pulled it in has broken off.
@@ -100,13 +109,13 @@ pub(in crate::simulation) fn suture(
     let ready = contacts
         .0
         .iter()
-        .filter(|(_, contact)| {
+        .filter(|(pair, contact)| {
             let deep = contact.interpenetration > constants.suture_length
                 && contact.continental_share > constants.suture_share;
             let at_rest = contact.interpenetration > AT_REST_LENGTH
                 && contact.closing < constants.suture_speed
                 && contact.continental_share > AT_REST_SHARE;
-            touching(contact) && (deep || at_rest)
+            touching(contact) && (deep || at_rest) && !too_large(pair)
         })
         .max_by(by_depth);
     let push = recipe.constants.motion.rift_push_time;
