@@ -1,8 +1,9 @@
 //! Scripted events: each does what it says, exactly when it says so.
 
+#[expect(dead_code, reason = "shared with other tests")]
 mod game;
 #[path = "stages/scenario.rs"]
-#[allow(dead_code, reason = "shared with other tests")]
+#[expect(dead_code, reason = "shared with other tests")]
 mod scenario;
 
 use bevy::prelude::*;

@@ -1,7 +1,7 @@
 //! Hot spots leave chains of islands whose ages tell how fast the plate went.
 
 #[path = "stages/scenario.rs"]
-#[allow(dead_code, reason = "shared with other tests")]
+#[expect(dead_code, reason = "shared with other tests")]
 mod scenario;
 
 use bevy_tectonics::prelude::*;
@@ -198,7 +198,7 @@ fn a_continent_gains_what_is_booked() {
     run(&mut history, 12.0);
     let booked = history.ledger().plume_magma_km3;
     // Twice 3.0e5 km³/My on ground as wide as half a cell of 451 km, a twentieth of it, for 10 My.
-    let expected = 2.0 * 3.0e5 * 0.05 * (225.8_f64 / 120.0).powi(2) * 10.0;
+    let expected = 2.0 * 3.0e5 * 0.05 * (225.8 / 120.0) * (225.8 / 120.0) * 10.0;
     assert!(
         (booked / expected - 1.0).abs() < 0.15,
         "{booked} km³ instead of {expected} km³"

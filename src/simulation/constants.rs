@@ -443,9 +443,9 @@ constants! {
         /// Sediment laid down on sea floor.
         sediment_rate = 3.0 in 0.0..=100.0 "m/My",
         /// Width of a passive margin's shelf (Earth 80 km on average, up to 400).
-        shelf_width = 420.0 in 0.0..=1000.0 "km",
+        shelf_width = 580.0 in 0.0..=1000.0 "km",
         /// Width of the shelf between a trench and its arc (Earth: 50-200 km of fore-arc basins).
-        forearc_width = 200.0 in 0.0..=1000.0 "km",
+        forearc_width = 320.0 in 0.0..=1000.0 "km",
         /// Depth of a margin's edge.
         shelf_depth = 190.0 in 0.0..=1000.0 "m",
         /// Width of the wedge of sediment at the foot of a passive margin (Earth 100-500 km).
@@ -461,7 +461,7 @@ constants! {
         /// Time in which sediment fills a basin on continental crust to its base level.
         basin_time = 15.0 in 1.0..=500.0 "My",
         /// Time in which a margin relaxes to its shelf.
-        shelf_time = 40.0 in 1.0..=500.0 "My",
+        shelf_time = 30.0 in 1.0..=500.0 "My",
     }
 }
 

@@ -61,32 +61,32 @@ constants! {
 constants! {
     /// Published laws: the constants of Cortial et al. 2019, Table 3, of Yggdrasill and of Tectonics.js.
     LawConstants("laws") {
-        /// Highest elevation of a ridge, z_r.
+        /// Highest elevation of a ridge, `z_r`.
         ridge_elevation = -1.0 in -5.0..=0.0 "km",
-        /// Elevation of abyssal plains, z_a (Yggdrasill's is the same).
+        /// Elevation of abyssal plains, `z_a` (Yggdrasill's is the same).
         abyss_elevation = -6.0 in -9.0..=-2.0 "km",
-        /// Elevation of trenches, z_t.
+        /// Elevation of trenches, `z_t`.
         trench_elevation = -10.0 in -20.0..=-6.0 "km",
-        /// Highest elevation of continents, z_c.
+        /// Highest elevation of continents, `z_c`.
         highest_elevation = 10.0 in 2.0..=30.0 "km",
-        /// Damping of the elevation of sea floor, ε_o.
+        /// Damping of the elevation of sea floor, `ε_o`.
         sea_floor_damping = 0.04 in 0.0..=10.0 "km/My",
         /// Uplift at subduction, u₀.
         uplift = 0.6 in 0.0..=10.0 "km/My",
         /// Distance from the trench at which that uplift is largest. The paper draws it without a
         /// figure; this is what others have used.
         uplift_peak = 640.0 in 50.0..=2000.0 "km",
-        /// Distance from the trench at which it ends, r_s.
+        /// Distance from the trench at which it ends, `r_s`.
         subduction_distance = 1800.0 in 100.0..=5000.0 "km",
         /// Speed to which speeds are compared, v₀.
         reference_speed = 100.0 in 10.0..=500.0 "km/My",
-        /// Largest reach of a collision, r_c.
+        /// Largest reach of a collision, `r_c`.
         collision_distance = 4200.0 in 100.0..=10000.0 "km",
-        /// Surge of elevation in a collision, Δ_c, per area of the terrane.
+        /// Surge of elevation in a collision, `Δ_c`, per area of the terrane.
         collision = 1.3e-5 in 0.0..=1.0e-3 "km/km²",
-        /// Erosion of the highest land, ε_c.
+        /// Erosion of the highest land, `ε_c`.
         erosion = 0.03 in 0.0..=5.0 "km/My",
-        /// Sediment that trenches take, ε_t.
+        /// Sediment that trenches take, `ε_t`.
         sediment = 0.3 in 0.0..=5.0 "km/My",
         /// Amplitude of the low-frequency noise. The paper gives none; on Earth the mantle's flow lifts
         /// and lowers the surface by about as much.

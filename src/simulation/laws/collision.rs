@@ -5,7 +5,7 @@ use glam::DVec3;
 
 /// Reach of a collision in km, `r_c √(v/v₀) A/A₀`: `v` the relative speed in km/My, `A` the terrane's
 /// area, `A₀` the mean area of a plate at the start, both in km². Terranes larger than a plate count as
-/// one, or the reach would pass r_c without bound.
+/// one, or the reach would pass `r_c` without bound.
 #[must_use]
 pub fn collision_reach(
     constants: &LawConstants,

@@ -20,7 +20,7 @@ pub fn new_floor_elevation(
     alpha * between_km + (1.0 - alpha) * ridge_profile(constants, ridge_distance)
 }
 
-/// z_Γ: elevation in km at a distance in km from a ridge, `z_a + (z_r − z_a) 2^(−d/320 km)`.
+/// `z_Γ`: elevation in km at a distance in km from a ridge, `z_a + (z_r − z_a) 2^(−d/320 km)`.
 #[must_use]
 pub fn ridge_profile(constants: &LawConstants, distance: f64) -> f64 {
     let (ridge, abyss) = (constants.ridge_elevation, constants.abyss_elevation);

@@ -15,7 +15,7 @@ pub fn uplift_rate(constants: &LawConstants, distance: f64, speed: f64, elevatio
         * by_relief(normalised(constants, elevation_km))
 }
 
-/// f: a cubic from 0 at the trench up to 1 at the control distance, and another down to 0 at r_s.
+/// f: a cubic from 0 at the trench up to 1 at the control distance, and another down to 0 at `r_s`.
 /// The paper draws it without figures.
 #[must_use]
 pub fn by_distance(constants: &LawConstants, distance: f64) -> f64 {
@@ -31,7 +31,7 @@ pub fn by_distance(constants: &LawConstants, distance: f64) -> f64 {
     }
 }
 
-/// z̃ = (z − z_t)/(z_c − z_t): 0 at the depth of trenches, 1 at the height of the highest land.
+/// z̃ = (z − `z_t)/(z_c` − `z_t)`: 0 at the depth of trenches, 1 at the height of the highest land.
 #[must_use]
 pub fn normalised(constants: &LawConstants, elevation_km: f64) -> f64 {
     let (trench, highest) = (constants.trench_elevation, constants.highest_elevation);

@@ -59,11 +59,7 @@ struct Piece {
 
 impl Breaking<'_, '_> {
     fn table(&self) -> PlateTable {
-        PlateTable::gather(
-            self.plates
-                .iter()
-                .map(|(entity, plate, rotation, born)| (entity, plate, rotation, born)),
-        )
+        PlateTable::gather(self.plates.iter())
     }
 
     /// Least area of a piece in km².

@@ -41,11 +41,7 @@ pub(in crate::simulation) fn follow_mantle(
     }
     let mesh = &topology.0;
     let (plate, crust, created, area) = sub_plates.columns(mesh.vertex_count())?;
-    let table = PlateTable::gather(
-        plates
-            .iter()
-            .map(|(entity, plate, rotation, born)| (entity, plate, rotation, born)),
-    );
+    let table = PlateTable::gather(plates.iter());
     let areas = plate_areas(&table, plate, area);
     let flow = mantle_flow(&recipe, &clock, mesh, crust, created);
     let mut rotations = mean_rotations(

@@ -40,11 +40,7 @@ pub(in crate::simulation) fn turn_axes(
 ) -> Result<(), TectonicError> {
     let mesh = &topology.0;
     let (plate, crust, area) = sub_plates.columns(mesh.vertex_count())?;
-    let table = PlateTable::gather(
-        plates
-            .iter()
-            .map(|(entity, plate, rotation, born)| (entity, plate, rotation, born)),
-    );
+    let table = PlateTable::gather(plates.iter());
     let constants = &recipe.constants.prescribed;
     let mut centroids = vec![DVec3::ZERO; table.rows().len()];
     let mut oceanic = vec![true; table.rows().len()];
