@@ -195,16 +195,18 @@ pub struct Rift {
     pub began_my: f64,
     /// Where it began, as a unit vector; rides on the plate with the smaller id.
     pub from: DVec3,
+    /// Pace at which it tears, in km/My.
+    pub pace: f64,
     /// Distance from there at which the tear stops, in km; infinite for a rift that goes through. Plates
     /// that are still held together when the push is over become one again: a failed rift.
     pub stops_km: f64,
 }
 
 impl Rift {
-    /// How far it has torn, in km, at a pace in km/My.
+    /// How far it has torn, in km.
     #[must_use]
-    pub fn reach_km(&self, now_my: f64, pace: f64) -> f64 {
-        (pace * (now_my - self.began_my)).min(self.stops_km)
+    pub fn reach_km(&self, now_my: f64) -> f64 {
+        (self.pace * (now_my - self.began_my)).min(self.stops_km)
     }
 }
 
@@ -231,7 +233,7 @@ impl Contacts {
         self.get(front.plates[0], front.plates[1])
             .and_then(|contact| contact.rift)
             .is_some_and(|rift| {
-                let reach = rift.reach_km(now_my, recipe.constants.plates.tear_pace);
+                let reach = rift.reach_km(now_my);
                 front.midpoint.distance(rift.from) * recipe.radius_km > reach
             })
     }

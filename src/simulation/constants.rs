@@ -442,9 +442,11 @@ constants! {
         sediment_thickest = 450.0 in 0.0..=3000.0 "m",
         /// Sediment laid down on sea floor.
         sediment_rate = 3.0 in 0.0..=100.0 "m/My",
-        /// Width of a passive margin's shelf (Earth 80 km on average, up to 400).
+        /// Width of a passive margin's shelf profile (Earth 80 km on average, up to 400). Wider than what is
+        /// drawn as sea: its inner part lies within metres of the sea level, and crust thins towards its edge.
         shelf_width = 580.0 in 0.0..=1000.0 "km",
-        /// Width of the shelf between a trench and its arc (Earth: 50-200 km of fore-arc basins).
+        /// Width of the shelf profile between a trench and its arc (Earth: 50-200 km of fore-arc basins, and
+        /// wide flooded shelves behind the arcs of Sunda and the East China Sea, which are not modelled).
         forearc_width = 320.0 in 0.0..=1000.0 "km",
         /// Depth of a margin's edge.
         shelf_depth = 190.0 in 0.0..=1000.0 "m",

@@ -57,6 +57,9 @@ struct Piece {
     parting: DVec3,
 }
 
+/// Pace of a scripted tear, in km/My: the author of a scenario says when, and it is torn.
+const AT_ONCE: f64 = 1e9;
+
 impl Breaking<'_, '_> {
     fn table(&self) -> PlateTable {
         PlateTable::gather(self.plates.iter())
@@ -76,7 +79,7 @@ impl Breaking<'_, '_> {
         place.cross(towards).normalize_or_zero() * (0.5 * PARTING / self.recipe.radius_km)
     }
 
-    /// Breaks a plate, tearing it from a place on. The largest piece keeps the plate's id, the others get
+    /// Breaks a plate, torn at once from a place on. The largest piece keeps the plate's id, the others get
     /// new ones.
     fn break_apart(
         &mut self,
@@ -118,6 +121,7 @@ impl Breaking<'_, '_> {
                     rift: Some(Rift {
                         began_my: now,
                         from,
+                        pace: AT_ONCE,
                         stops_km: f64::INFINITY,
                     }),
                     ..default()

@@ -178,7 +178,7 @@ fn drive(
 }
 
 /// Moments of what drags at a plate: weights, and those times the place once and twice.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 struct Moments {
     zeroth: f64,
     first: DVec3,
@@ -186,6 +186,12 @@ struct Moments {
 }
 
 impl Moments {
+    const NONE: Self = Self {
+        zeroth: 0.0,
+        first: DVec3::ZERO,
+        second: DMat3::ZERO,
+    };
+
     fn add(&mut self, weight: f64, site: DVec3) {
         let weighted = site * weight;
         self.zeroth += weight;
@@ -214,7 +220,7 @@ fn drag_tensors(
 ) -> Vec<(DMat3, Moments)> {
     let constants = &recipe.constants.motion;
     // Per plate: sea floor, continents.
-    let none = [Moments::default(); 2];
+    let none = [Moments::NONE; 2];
     let parts = workers.map(plate.len(), |range| {
         let mut sums = vec![none; table.rows().len()];
         for v in range {

@@ -118,6 +118,8 @@ pub(in crate::simulation) struct Cut {
     pub pieces: Vec<Vec<usize>>,
     /// Where the tear begins.
     pub from: DVec3,
+    /// Pace of the tear, in km/My.
+    pub pace: f64,
     /// Distance from there at which it stops, in km.
     pub stops_km: f64,
 }
@@ -157,6 +159,7 @@ impl Cut {
         let mut cut = Self {
             pieces,
             from: centres.iter().sum::<DVec3>().normalize_or(centres[0]),
+            pace: recipe.constants.plates.tear_pace,
             stops_km: f64::INFINITY,
         };
         let along = cut.places(mesh);
@@ -267,6 +270,7 @@ pub(in crate::simulation) fn break_plate(
                 rift: Some(Rift {
                     began_my: now,
                     from: cut.from,
+                    pace: cut.pace,
                     stops_km: cut.stops_km,
                 }),
                 ..default()
@@ -287,11 +291,12 @@ mod tests {
         let mut rift = Rift {
             began_my: 100.0,
             from: DVec3::X,
+            pace: 150.0,
             stops_km: f64::INFINITY,
         };
-        assert_eq!(rift.reach_km(110.0, 150.0), 1500.0);
+        assert_eq!(rift.reach_km(110.0), 1500.0);
         rift.stops_km = 1200.0;
-        assert_eq!(rift.reach_km(110.0, 150.0), 1200.0);
+        assert_eq!(rift.reach_km(110.0), 1200.0);
     }
 
     #[test]
