@@ -10,7 +10,7 @@ use bevy::prelude::*;
 use bevy_tectonics::prelude::*;
 use bevy_tectonics::simulation::{
     Clock, Contact, Contacts, EventFailure, HotSpot, LatLon, MaterialArea, NewCrust, Plate,
-    PlateChoice, PlateId, Rotation, TectonicEvent, Thickness, Topology,
+    PlateChoice, PlateId, Rotation, Thickness, Topology,
 };
 use core::ops::ControlFlow;
 use game::Game;
@@ -540,7 +540,7 @@ fn events_are_short_in_json() {
     recipe.validate().unwrap();
     assert_eq!(
         recipe.events[0],
-        TectonicEvent::new(
+        bevy_tectonics::simulation::TectonicEvent::new(
             36.0,
             set_motion(
                 PlateChoice::At(LatLon::new(10.0, 40.0)),

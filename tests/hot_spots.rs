@@ -1,7 +1,6 @@
 //! Hot spots leave chains of islands whose ages tell how fast the plate went.
 
 #[path = "stages/scenario.rs"]
-#[expect(dead_code, reason = "shared with other tests")]
 mod scenario;
 
 use bevy_tectonics::prelude::*;
