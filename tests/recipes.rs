@@ -3,7 +3,7 @@
 use bevy::reflect::GetPath;
 use bevy_tectonics::prelude::*;
 use bevy_tectonics::simulation::laws::{ErosionLaw, Laws, SeaFloorLaw, UpliftLaw};
-use bevy_tectonics::simulation::{Drive, Hypsometry, ImageStart, Normals, Start};
+use bevy_tectonics::simulation::{Drive, Hypsometry, Normals, Start};
 use proptest::{prelude::*, test_runner::RngSeed};
 
 /// A constant as its declaration states it.
@@ -217,11 +217,11 @@ mod json {
             (normals.ocean_share, normals.land),
             (0.5, Normals::default().land)
         );
-        let image = ImageStart {
+        let image = bevy_tectonics::simulation::ImageStart {
             heights: "earth.png".into(),
             sea_level_m: 0.1 + 0.2,
             plate_polygons: Some("plates.json".into()),
-            ..ImageStart::default()
+            ..bevy_tectonics::simulation::ImageStart::default()
         };
         let start = Start::Image(image);
         let text = serde_json::to_string(&start).unwrap();
