@@ -35,8 +35,11 @@ fn grow(recipe: Recipe) {
     let what = format!("{what}: {now:?} {ledger:?}");
     assert!((10.0..100.0).contains(&now.speed_mean), "{what}");
     assert!((4..=80).contains(&now.plates), "{what}");
+    // Shelves and fore-arcs are narrower than a cell of 500 km, and a crushed cell is a small continent:
+    // there land drifts further.
+    let drift = if nominal < 2_000.0 { 0.5 } else { 1.0 / 3.0 };
     assert!(
-        (now.land_share / start.land_share - 1.0).abs() < 1.0 / 3.0,
+        (now.land_share / start.land_share - 1.0).abs() < drift,
         "{what}"
     );
     assert!((2.0..10.0).contains(&(now.highest_m / 1e3)), "{what}");
