@@ -662,9 +662,10 @@ fn a_planet_in_a_game_is_changed_and_grows_again_from_its_recipe() {
             .add_observer(|event: On<InterventionRefused>, mut heard: ResMut<Heard>| {
                 heard.refused.push(event.error.to_string());
             });
+        // Long enough that a slow frame does not outlast it.
         let recipe = Recipe::earth_like(3)
             .with_sub_plates(400)
-            .with_duration(16.0);
+            .with_duration(60.0);
         let entity = game.spawn(Planet::new(recipe).with_pace(Pace::MyPerSecond(60.0)));
         for (from, what) in interventions() {
             game.until(|game| game.growth(entity).progress.time_my >= from);
@@ -684,7 +685,7 @@ fn a_planet_in_a_game_is_changed_and_grows_again_from_its_recipe() {
         let recipe = game.planet(entity).recipe.clone();
         assert_eq!(recipe.events.len(), 5);
         let mut alone = History::new(recipe).unwrap();
-        run_until(&mut alone, 16.0);
+        run_until(&mut alone, 60.0);
         let (grown, again) = (game.surface(entity), alone.surface().unwrap());
         assert_eq!(*grown, again, "{threads} threads");
     }
