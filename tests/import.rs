@@ -282,7 +282,7 @@ const KNOWN_AT_40_MY: f64 = 0.42;
 const KNOWN_AT_80_MY: f64 = 0.35;
 
 #[test]
-fn the_picture_is_known_after_80_my() {
+fn the_picture_is_known_after_40_my_and_on_average_after_80() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("map.png");
     paint(&path, 720, png::BitDepth::Sixteen);

@@ -6,8 +6,8 @@
 //!
 //! Ridges are made of segments: stripes between circles about the Euler pole of the two plates, along
 //! which transform faults run. Within a stripe, new crust goes to whichever plate lies on its side of
-//! the stripe's mean axis, so that the axis straightens across the motion, while neighbouring axes keep
-//! the offset that the first break gave them, with a fracture zone behind each step.
+//! the stripe's mean axis, so that the axis straightens across the motion, while neighbouring axes may
+//! keep the offset that the first break gave them.
 
 use super::super::{
     boundaries::{Boundaries, Motion},

@@ -2,7 +2,7 @@
 //!
 //! Thickness and age are the state; elevation is derived from them here. Rock above the base level
 //! is worn off, fills what lies below it, and a part is lost to the deep sea. Base level rises
-//! inland from the crust's edge; behind a passive margin it is the profile of a shelf. Runs at the
+//! inland from the crust's edge, behind the profile of a shelf or a fore-arc. Runs at the
 //! pace of the geology clock.
 
 use super::super::{
