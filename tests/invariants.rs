@@ -1,7 +1,7 @@
 //! Everything a planet promises holds after every step of long histories, and the planet stays alive.
 
 use bevy_tectonics::prelude::*;
-use bevy_tectonics::simulation::laws::{ErosionLaw, Laws, SeaFloorLaw, UpliftLaw};
+use bevy_tectonics::simulation::laws::{CollisionLaw, ErosionLaw, Laws, SeaFloorLaw, UpliftLaw};
 use bevy_tectonics::simulation::{Drive, Start};
 
 /// Grows a planet to its end with a check after every step, then looks whether it still lives.
@@ -138,20 +138,23 @@ fn prescribed_rotations() {
 /// Published laws bring other heights than Earth's, but break no promise.
 #[test]
 fn published_laws() {
-    for (sea_floor, uplift, erosion) in [
+    for (sea_floor, uplift, collision, erosion) in [
         (
             SeaFloorLaw::ParsonsSclater,
             UpliftLaw::Magma,
+            CollisionLaw::Crush,
             ErosionLaw::Rain,
         ),
         (
             SeaFloorLaw::Cortial,
             UpliftLaw::Cortial,
+            CollisionLaw::Cortial,
             ErosionLaw::Cortial,
         ),
         (
             SeaFloorLaw::Yggdrasill,
             UpliftLaw::Magma,
+            CollisionLaw::Cortial,
             ErosionLaw::Cortial,
         ),
     ] {
@@ -161,6 +164,7 @@ fn published_laws() {
         recipe.laws = Laws {
             sea_floor,
             uplift,
+            collision,
             erosion,
         };
         let mut history = History::new(recipe).unwrap();

@@ -2,7 +2,7 @@
 
 use bevy::reflect::GetPath;
 use bevy_tectonics::prelude::*;
-use bevy_tectonics::simulation::laws::{ErosionLaw, Laws, SeaFloorLaw, UpliftLaw};
+use bevy_tectonics::simulation::laws::{CollisionLaw, ErosionLaw, Laws, SeaFloorLaw, UpliftLaw};
 use bevy_tectonics::simulation::{Drive, Hypsometry, Normals, Start};
 use proptest::{prelude::*, test_runner::RngSeed};
 
@@ -284,10 +284,14 @@ fn laws() -> impl Strategy<Value = Laws> {
         Just(ErosionLaw::Cortial),
         Just(ErosionLaw::Rain)
     ];
-    (sea_floor, uplift, erosion).prop_map(|(sea_floor, uplift, erosion)| Laws {
-        sea_floor,
-        uplift,
-        erosion,
+    let collision = prop_oneof![Just(CollisionLaw::Crush), Just(CollisionLaw::Cortial)];
+    (sea_floor, uplift, collision, erosion).prop_map(|(sea_floor, uplift, collision, erosion)| {
+        Laws {
+            sea_floor,
+            uplift,
+            collision,
+            erosion,
+        }
     })
 }
 

@@ -3,7 +3,7 @@
 use super::figures::whole;
 use super::{constants, look, time::sentence};
 use crate::planet::{Planet, Regrowth};
-use crate::simulation::laws::{ErosionLaw, Laws, SeaFloorLaw, UpliftLaw};
+use crate::simulation::laws::{CollisionLaw, ErosionLaw, Laws, SeaFloorLaw, UpliftLaw};
 use crate::simulation::{Drive, Hypsometry, ImageStart, Recipe, Start};
 use bevy_egui::egui::{TextEdit, Ui};
 use core::hash::{BuildHasher, Hasher};
@@ -342,6 +342,21 @@ fn laws(ui: &mut Ui, laws: &mut Laws) -> bool {
             look::choose(ui, &mut laws.uplift, &choices)
         },
     );
+    edited |= look::row(ui, "Collision", "What continents that meet raise.", |ui| {
+        let choices = [
+            (
+                CollisionLaw::Crush,
+                "Crush",
+                "Crushed crust thickens both sides.",
+            ),
+            (
+                CollisionLaw::Cortial,
+                "Cortial",
+                "And a surge where a terrane docks.",
+            ),
+        ];
+        look::choose(ui, &mut laws.collision, &choices)
+    });
     edited |= look::row(ui, "Erosion", "How land is worn down.", |ui| {
         let choices = [
             (

@@ -190,6 +190,12 @@ const GROUPS: [(&str, &[Line]); 4] = [
                 "25 mm/yr",
                 "Mean speed of plates that are mostly continental.",
             ),
+            (
+                "Deforming",
+                |s| percent(s.deforming_share),
+                "14 %",
+                "Share of the sphere that leaves its plate's rotation by over 1 mm/yr.",
+            ),
         ],
     ),
     (

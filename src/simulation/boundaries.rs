@@ -1,6 +1,11 @@
 //! What the stages know of the boundaries between plates in this step.
 
-use super::{plate::PlateTable, recipe::Recipe, sub_plate::PlateId, topology::EdgeState};
+use super::{
+    plate::PlateTable,
+    recipe::Recipe,
+    sub_plate::{Crust, PlateId},
+    topology::EdgeState,
+};
 use crate::mesh::{NONE, SphereMesh};
 use bevy::prelude::*;
 use glam::DVec3;
@@ -97,6 +102,8 @@ pub struct Boundaries {
     pub strikes: Vec<DVec3>,
     /// Place of each vertex in `vertices`, or [`NONE`].
     pub place: Vec<u32>,
+    /// Which plate goes under where floor meets floor: vertex, other plate, sinking plate; sorted.
+    pub polarity: Vec<(u32, PlateId, PlateId)>,
 }
 
 /// Relative motion of two neighbouring sub-plates across a front.
@@ -125,6 +132,42 @@ impl Boundaries {
                 self.vertices.push(vertex as u32);
             }
         }
+    }
+
+    /// Lists the polarity of the fronts between floor and floor.
+    pub(super) fn list_polarity(&mut self, fronts: &[Front], crust: &[Crust]) {
+        self.polarity.clear();
+        for front in fronts {
+            let floor = front
+                .vertices
+                .iter()
+                .all(|&v| !crust[v as usize].is_continental());
+            if let (true, Some(under)) = (floor, front.under) {
+                for end in 0..2 {
+                    self.polarity.push((
+                        front.vertices[end],
+                        front.plates[1 - end],
+                        front.plates[under],
+                    ));
+                }
+            }
+        }
+        self.polarity.sort_unstable();
+        self.polarity
+            .dedup_by_key(|&mut (vertex, other, _)| (vertex, other));
+    }
+
+    /// Which of two plates goes under where two sub-plates of sea floor meet, each given as vertex and
+    /// plate; none away from the fronts of this step.
+    #[must_use]
+    pub fn sinking(&self, a: (u32, PlateId), b: (u32, PlateId)) -> Option<PlateId> {
+        let known = |vertex: u32, other: PlateId| {
+            self.polarity
+                .binary_search_by_key(&(vertex, other), |&(vertex, other, _)| (vertex, other))
+                .ok()
+                .map(|at| self.polarity[at].2)
+        };
+        known(a.0, b.1).or_else(|| known(b.0, a.1))
     }
 
     /// Smoothed normal that points out of a vertex's plate; zero away from fronts.
@@ -174,7 +217,7 @@ impl Boundaries {
 pub struct Contact {
     /// When they last touched, in My.
     pub last_my: f64,
-    /// The plate whose sea floor goes under where sea floor meets sea floor.
+    /// The plate whose sea floor goes under along most of the front where sea floor meets sea floor.
     pub subducting: Option<PlateId>,
     /// Closing of their continents summed over time, in km.
     pub interpenetration: f64,

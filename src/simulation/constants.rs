@@ -336,10 +336,10 @@ constants! {
     /// The slow convection that gathers and disperses continents.
     MantleConstants("mantle") {
         /// Speed of the flow under continents, a quarter of the way round from where it sinks.
-        speed = 130.0 in 0.0..=500.0 "km/My",
+        speed = 150.0 in 0.0..=500.0 "km/My",
         /// Time in which a supercontinent would warm the mantle enough for a superplume if none were
         /// lost (Gurnis 1988: 100-200 My until the mantle below has turned from cold to hot).
-        heating = 115.0 in 10.0..=5000.0 "My",
+        heating = 130.0 in 10.0..=5000.0 "My",
         /// Time in which stored warmth is lost.
         cooling = 150.0 in 10.0..=10000.0 "My",
         /// Time in which the flow takes up a new order.
@@ -377,14 +377,15 @@ constants! {
         arc_flux = 80.0 in 0.0..=500.0 "km³/km/My",
         /// Distance of the arc's crest from the trench.
         arc_distance = 200.0 in 50.0..=800.0 "km",
-        /// Distance at which arc magmatism ends.
-        arc_reach = 520.0 in 100.0..=2000.0 "km",
+        /// Distance at which arc magmatism ends (central Andes: some 400 km). A wider band raises hills where
+        /// mountains stand.
+        arc_reach = 420.0 in 100.0..=2000.0 "km",
         /// Share of the flux that thickens oceanic crust.
         arc_oceanic = 0.3 in 0.0..=1.0 "",
         /// Thickness at which an oceanic arc becomes continental crust.
         arc_accretion = 18.0 in 10.0..=40.0 "km",
         /// Feedback of the continental volume on arc magmatism, so that continents neither grow nor shrink for ever.
-        arc_feedback = 8.0 in 0.0..=50.0 "per relative excess",
+        arc_feedback = 14.0 in 0.0..=50.0 "per relative excess",
         /// Depth of a trench below its plate at 40 km/My (Earth 2-4 km at this resolution).
         trench_depth = 2200.0 in 0.0..=6000.0 "m",
         /// Time in which a trench forms or fills.
@@ -424,7 +425,7 @@ constants! {
     /// Wear, sediment, isostasy.
     ErosionConstants("erosion") {
         /// Speed of erosion: `rate · x²/(x + 1)`, x = km above base level.
-        rate = 0.1 in 0.0..=2.0 "km/My",
+        rate = 0.12 in 0.0..=2.0 "km/My",
         /// Slope of the base level inland from the crust's edge. Erosion to sea level itself lets land
         /// swing between 12 and 38 % (study).
         base_slope = 0.2 in 0.0..=2.0 "m/km",
@@ -432,8 +433,11 @@ constants! {
         base_edge = -10.0 in -200.0..=500.0 "m",
         /// Highest base level.
         base_highest = 300.0 in 0.0..=2000.0 "m",
-        /// Share of eroded rock that is lost to the deep sea.
+        /// Share of eroded rock that is lost to the deep sea at least.
         lost = 0.1 in 0.0..=1.0 "",
+        /// Growth of that share with the continental volume. Continents that have grown raise the sea over their
+        /// own shelves, which then take in all that rivers bring: without this the sea would stay high.
+        lost_feedback = 4.0 in 0.0..=50.0 "per relative excess",
         /// Height gained per km of continental crust (Airy, with a mantle of 3,300 kg/m³).
         isostasy = 155.0 in 50.0..=400.0 "m/km",
         /// Thickness of continental crust whose surface lies at the reference level.
@@ -476,12 +480,17 @@ constants! {
         orphan = 0.008 in 0.0..=0.2 "of the sphere",
         /// Interpenetration after which a terrane goes over to the other plate (Cortial et al. 2019).
         terrane_length = 300.0 in 50.0..=1.0e6 "km",
+        /// Largest terrane: 2 million km², as Avalonia or Cimmeria. Larger continents keep their sea floor and
+        /// suture plate to plate; where each of them went over alone, the planet's continents came to lie on
+        /// one sprawling plate that can neither round itself nor be drawn together.
+        terrane_largest = 0.004 in 0.0..=1.0 "of the sphere",
         /// Interpenetration after which two continents may suture.
         suture_length = 350.0 in 50.0..=5000.0 "km",
         /// Share of continental contact in the front of the two plates that a suture needs.
         suture_share = 0.2 in 0.0..=1.0 "",
-        /// Closing speed below which a collision has come to rest.
-        suture_speed = 6.0 in 0.0..=100.0 "km/My",
+        /// Closing speed below which a collision has come to rest. Earth's ranges close for tens of My; at twice
+        /// this speed they are welded while still high, and stand in the middle of plates.
+        suture_speed = 3.0 in 0.0..=100.0 "km/My",
         /// Plates smaller than this do not rift.
         rift_smallest = 0.03 in 0.005..=1.0 "of the sphere",
         /// Plates younger than this do not rift.
@@ -499,6 +508,10 @@ constants! {
         plate_count = 14.0 in 2.0..=60.0 "plates",
         /// Sea floor older than this may start to founder (Earth's oldest: 180 My).
         founder_age = 148.0 in 40.0..=500.0 "My",
+        /// How much older floor counts over a downwelling, at most: plates are pressed together there, and
+        /// forced subduction starts in younger floor. Without it inland seas hold a supercontinent apart
+        /// until they have grown old.
+        founder_pressed = 0.8 in 0.0..=5.0 "times",
         /// Mean time until it does.
         founder_time = 12.0 in 1.0..=500.0 "My",
         /// Smallest reach of a new subduction zone's plate.

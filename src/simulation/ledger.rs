@@ -1,5 +1,6 @@
 //! Books of crust: nothing is made or lost unseen.
 
+use super::sub_plate::{Crust, MaterialArea, Thickness};
 use bevy::prelude::*;
 use serde::Serialize;
 
@@ -12,7 +13,7 @@ use serde::Serialize;
 pub struct Ledger {
     /// Continental volume at the start, km³.
     pub initial_km3: f64,
-    /// Magma that arcs added to continents, km³.
+    /// Magma that arcs, and by the published law docking terranes, added to continents, km³.
     pub arc_magma_km3: f64,
     /// Magma that hot spots added to continents, km³.
     pub plume_magma_km3: f64,
@@ -44,6 +45,13 @@ impl Ledger {
             - self.eroded_km3
     }
 
+    /// Growth of the continents since the start, as a share of their volume then. What events made or
+    /// took counts as there from the start: it is not for arcs and rivers to correct.
+    #[must_use]
+    pub fn growth(&self, found_km3: f64) -> f64 {
+        found_km3 / (self.initial_km3 + self.prescribed_km3).max(1.0) - 1.0
+    }
+
     /// Difference between the volume found and the volume booked, as a share of the latter. Where
     /// next to nothing is left of the first continents, a share of a thousandth of those: sums do
     /// not round to less than their terms allow.
@@ -52,4 +60,16 @@ impl Ledger {
         let booked = self.booked_km3();
         (found_km3 - booked) / booked.abs().max(1e-3 * self.initial_km3).max(1.0)
     }
+}
+
+/// Volume of all continental crust in km³.
+pub(super) fn continental_volume(
+    crust: &[Crust],
+    thickness: &[Thickness],
+    area: &[MaterialArea],
+) -> f64 {
+    (0..crust.len())
+        .filter(|&v| crust[v].is_continental())
+        .map(|v| thickness[v].0 * area[v].0)
+        .sum()
 }

@@ -39,6 +39,18 @@ pub enum UpliftLaw {
     Cortial,
 }
 
+/// What continents that meet raise.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, Reflect)]
+#[serde(rename_all = "kebab-case")]
+pub enum CollisionLaw {
+    /// Crushed crust alone, which thickens both sides volume for volume.
+    #[default]
+    Crush,
+    /// Besides, a surge of elevation around the terrane at the moment it docks (Cortial et al. 2019,
+    /// section 4.2), as thickness by isostasy.
+    Cortial,
+}
+
 /// How land is worn down.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, Reflect)]
 #[serde(rename_all = "kebab-case")]
@@ -61,6 +73,8 @@ pub struct Laws {
     pub sea_floor: SeaFloorLaw,
     /// Uplift at subduction.
     pub uplift: UpliftLaw,
+    /// Collision.
+    pub collision: CollisionLaw,
     /// Erosion.
     pub erosion: ErosionLaw,
 }

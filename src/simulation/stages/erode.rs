@@ -11,7 +11,7 @@ use super::super::{
     constants::ErosionConstants,
     error::TectonicError,
     laws::{ErosionLaw, erosion::trench_sediment},
-    ledger::Ledger,
+    ledger::{Ledger, continental_volume},
     reach::reach,
     recipe::Recipe,
     sea::Sea,
@@ -64,7 +64,12 @@ pub(in crate::simulation) fn erode(
     let lost = match recipe.laws.erosion {
         ErosionLaw::BaseLevel => {
             let inland = Inland::measure(&recipe, mesh, plate, crust, trench);
-            wear_to_base_level(&recipe, &inland, crust, thickness, area, sea.level, time)
+            let growth = ledger.growth(continental_volume(crust, thickness, area));
+            let constants = &recipe.constants.erosion;
+            let share = (constants.lost + constants.lost_feedback * growth).clamp(0.0, 1.0);
+            wear_to_base_level(
+                &recipe, &inland, crust, thickness, area, sea.level, time, share,
+            )
         }
         ErosionLaw::Cortial => {
             let sediment = trench_sediment(&recipe.constants.laws, time) as f32;
@@ -89,8 +94,8 @@ pub(in crate::simulation) fn erode(
     Ok(())
 }
 
-/// Wears what stands above its base level and fills what lies below; returns the volume in km³ that is
-/// lost to the deep sea.
+/// Wears what stands above its base level and fills what lies below, but for the share that is lost
+/// at least; returns the volume in km³ that is lost to the deep sea.
 fn wear_to_base_level(
     recipe: &Recipe,
     inland: &Inland,
@@ -99,6 +104,7 @@ fn wear_to_base_level(
     area: &[MaterialArea],
     sea_level: f64,
     time: f64,
+    share_lost: f64,
 ) -> f64 {
     let constants = &recipe.constants.erosion;
     let mut pool = 0.0;
@@ -126,7 +132,7 @@ fn wear_to_base_level(
             room.push((v, -above / constants.isostasy * area[v].0));
         }
     }
-    let lost = constants.lost * pool;
+    let lost = share_lost * pool;
     let whole: f64 = room.iter().map(|(_, room)| room).sum();
     // A basin takes at most this share of its room, so that it does not fill in one tick.
     let laid = (pool - lost).min(whole * (1.0 - libm::exp(-time / constants.basin_time)));

@@ -179,6 +179,7 @@ pub(in crate::simulation) fn close_ranks(
     boundaries.vertices.clear();
     boundaries.strikes.clear();
     boundaries.place.clear();
+    boundaries.polarity.clear();
 }
 
 /// Edges at the given vertices and of the triangles around them.
@@ -243,10 +244,12 @@ impl Judge<'_> {
             (true, false) => false,
             (true, true) => ground.thickness[u].0 <= ground.thickness[v].0,
             (false, false) => match self
-                .contacts
-                .get(ground.plate[u], ground.plate[v])
-                .and_then(|contact| contact.subducting)
-            {
+                .boundaries
+                .sinking((a, ground.plate[u]), (b, ground.plate[v]))
+                .or_else(|| {
+                    let contact = self.contacts.get(ground.plate[u], ground.plate[v])?;
+                    contact.subducting
+                }) {
                 Some(sinking) => sinking == ground.plate[u],
                 None => ground.created[u].0 <= ground.created[v].0,
             },

@@ -12,7 +12,7 @@ use super::super::{
     columns::Columns,
     error::TectonicError,
     laws::{UpliftLaw, uplift::uplift_rate},
-    ledger::Ledger,
+    ledger::{Ledger, continental_volume},
     reach::reach,
     recipe::Recipe,
     sub_plate::*,
@@ -23,6 +23,8 @@ use bevy::prelude::*;
 /// Convergence for which arc flux and trench depth are stated, in km/My.
 const ARC_SPEED: f64 = 60.0;
 const TRENCH_SPEED: f64 = 40.0;
+/// Arcs grow at most so many times faster where continents have lost volume.
+const MOST_VIGOROUS: f64 = 3.0;
 /// Slower convergence raises no arc worth naming, in km/My.
 const OROGENY_SPEED: f64 = 5.0;
 /// Flow of thick crust is stated at this spacing, in km.
@@ -107,14 +109,8 @@ pub(in crate::simulation) fn uplift(
 
     arcs.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
     arcs.dedup_by_key(|(v, ..)| *v);
-    let volume: f64 = (0..crust.len())
-        .filter(|&v| crust[v].is_continental())
-        .map(|v| thickness[v].0 * area[v].0)
-        .sum();
-    // Continents that events made or took are not the arcs' to correct.
-    let nominal = ledger.initial_km3 + ledger.prescribed_km3;
-    let growth = volume / nominal.max(1.0) - 1.0;
-    let vigour = (1.0 - constants.arc_feedback * growth).clamp(0.0, 2.0);
+    let growth = ledger.growth(continental_volume(crust, thickness, area));
+    let vigour = (1.0 - constants.arc_feedback * growth).clamp(0.0, MOST_VIGOROUS);
     let law = recipe.laws.uplift;
     let published = &recipe.constants.laws;
     let (crest, end) = match law {

@@ -11,6 +11,9 @@ const LARGE: f64 = 5e-4;
 /// Areas over which Earth's plates follow a power law, in steradians (Bird 2003).
 const LAW: RangeInclusive<f64> = 0.002..=1.0;
 
+/// Speed against its plate from which a place deforms, in km/My.
+const DEFORMING: f64 = 1.0;
+
 /// A plate's share of the sphere, and that of its continental part.
 #[derive(Default, Clone, Copy)]
 struct Size {
@@ -87,6 +90,11 @@ fn measure_speeds(view: &View, sizes: &BTreeMap<PlateId, Size>, statistics: &mut
         speeds.push((speed, share));
         statistics.speed_mean += speed * share;
         squares += speed * speed * share;
+        let site = view.mesh.site(v as u32);
+        let rigid = view.plates.rotation(view.plate[v]).cross(site) * view.recipe.radius_km;
+        if rigid.distance(velocity(v)) > DEFORMING {
+            statistics.deforming_share += share;
+        }
         let size = sizes.get(&view.plate[v]).copied().unwrap_or_default();
         let kind = &mut kinds[usize::from(2.0 * size.continental > size.share)];
         kind.0 += speed * share;

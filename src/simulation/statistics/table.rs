@@ -194,6 +194,8 @@ measures! {
         speed_oceanic_plates: f64, "mm/yr", "42, the Pacific plate 65 (PB2002)";
         /// Mean speed over the area of plates that are mostly continental.
         speed_continental_plates: f64, "mm/yr", "25, the Eurasian plate 24 (PB2002)";
+        /// Share that moves by more than 1 mm/yr against the rigid rotation of its plate: soft margins.
+        deforming_share: f64, "of the sphere", "0.14 (Kreemer et al. 2014)";
 
         /// Length of the boundaries between plates, zigzags of the mesh smoothed out.
         boundary_km: f64, "km", "260,000 (PB2002)";

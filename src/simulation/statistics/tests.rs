@@ -181,6 +181,22 @@ fn continental_plates_are_told_from_oceanic_ones() {
 }
 
 #[test]
+fn places_that_leave_their_plate_deform() {
+    let mut world = world(10_000, &[DVec3::X * TURN, DVec3::Y * TURN], |site| Cell {
+        plate: if site.z > 0.0 { 1 } else { 2 },
+        ..FLOOR
+    });
+    let deforming = |world: &mut World| Statistics::measure(world).unwrap().deforming_share;
+    assert_eq!(deforming(&mut world), 0.0);
+    // A tenth by 2 mm/yr, another by half of one: only the first counts.
+    let mut rows = world.query_filtered::<&mut Velocity, With<SubPlate>>();
+    for (i, mut velocity) in rows.iter_mut(&mut world).enumerate() {
+        velocity.0.x += [2.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0][i % 10];
+    }
+    near(deforming(&mut world), 0.1, 1e-3);
+}
+
+#[test]
 fn plates_of_known_size() {
     const SHARES: [f64; 5] = [0.4, 0.3, 0.2, 0.0997, 0.0003];
     let plates = |shares: &'static [f64]| {
@@ -464,6 +480,7 @@ fn a_grown_planet_has_sane_figures_and_is_the_same_unmeasured() {
         ("largest_14_plates", 0.5, 1.0),
         ("plate_size_exponent", -3.0, 0.0),
         ("speed_rms", 5.0, 150.0),
+        ("deforming_share", 0.0, 0.4),
         ("boundary_km", 5e4, 6e5),
         ("slip_ridges", 5.0, 200.0),
         ("slip_trenches", 5.0, 200.0),

@@ -9,6 +9,7 @@ use super::{
         plate::{NextPlateId, Plate, PlateBorn, PlateTable, Rotation},
         reach::reach,
         recipe::Recipe,
+        stages::Mantle,
         streams::{self, Purpose},
         sub_plate::{Created, Crust, MaterialArea, PlateId, Slab, SubPlate},
         topology::{EdgeState, Topology},
@@ -40,6 +41,7 @@ pub(in crate::simulation) fn founder(
     mut commands: Commands,
     recipe: Res<Recipe>,
     clock: Res<Clock>,
+    mantle: Res<Mantle>,
     topology: Res<Topology>,
     mut contacts: ResMut<Contacts>,
     mut next: ResMut<NextPlateId>,
@@ -60,15 +62,20 @@ pub(in crate::simulation) fn founder(
     let constants = &recipe.constants.plates;
     let sphere = 4.0 * core::f64::consts::PI * recipe.radius_km * recipe.radius_km;
     let age = |v: usize| clock.time_my - f64::from(created[v].0);
+    // Where the mantle sinks, plates are pressed together and floor gives way younger.
+    let ripeness = |v: usize| {
+        let cold = (-mantle.warmth_at(mesh.site(v as u32))).max(0.0);
+        age(v) * (1.0 + constants.founder_pressed * cold)
+    };
 
     let mut candidates: Vec<(f64, usize)> = Vec::new();
     let mut old_area = 0.0;
     for v in 0..plate.len() {
-        if crust[v].is_continental() || age(v) < constants.founder_age {
+        if crust[v].is_continental() || ripeness(v) < constants.founder_age {
             continue;
         }
         old_area += area[v].0;
-        let mut score = age(v);
+        let mut score = ripeness(v);
         for w in mesh.neighbours(v as u32) {
             if plate[w as usize] != plate[v] {
                 score -= BOUNDARY_MALUS;
@@ -84,7 +91,10 @@ pub(in crate::simulation) fn founder(
         candidates.push((score, v));
     }
     // Much old floor, or a little that is very old.
-    let oldest = candidates.iter().map(|&(_, v)| age(v)).fold(0.0, f64::max);
+    let oldest = candidates
+        .iter()
+        .map(|&(_, v)| ripeness(v))
+        .fold(0.0, f64::max);
     let overdue = (oldest - constants.founder_age) / OVERDUE;
     let urgency = (old_area / sphere / OLD_SHARE)
         .max(overdue)

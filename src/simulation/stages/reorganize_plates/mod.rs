@@ -2,9 +2,9 @@
 //!
 //! One file per event: [`fronts`] smooths ragged boundaries, [`suture`] welds continents that have
 //! stopped closing, [`rift`] breaks large plates, [`founder`] lets old sea floor sink at its margin,
-//! [`segment`] cuts the mantle's flow into plates where that drives them, [`basins`] fills enclosed seas, and [`splinters`] absorbs what any of them cut off. Splinters are
-//! looked for in every step in which something may have been cut, the rest at the pace of the
-//! reorganisation clock.
+//! [`segment`] cuts the mantle's flow into plates where that drives them, [`basins`] fills enclosed
+//! seas, and [`splinters`] absorbs what any of them cut off. Splinters are looked for in every step in
+//! which something may have been cut, the rest at the pace of the reorganisation clock.
 
 pub(in crate::simulation) mod basins;
 pub(in crate::simulation) mod founder;
@@ -12,6 +12,7 @@ pub(in crate::simulation) mod fronts;
 pub(in crate::simulation) mod rift;
 pub(in crate::simulation) mod segment;
 pub(in crate::simulation) mod splinters;
+mod surge;
 pub(in crate::simulation) mod suture;
 
 use super::super::{

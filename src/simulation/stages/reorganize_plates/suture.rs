@@ -3,8 +3,8 @@
 //!
 //! Once continents have interpenetrated by some 300 km, the smaller of the two that meet breaks off its
 //! slab and goes over to the other plate (Cortial et al. 2019, section 4.2). The sea floor behind it stays
-//! what it was: its margin is now a front, where it goes on sinking. Where the continent is most of its
-//! plate, the whole plate joins.
+//! what it was: its margin is now a front, where it goes on sinking. Where the continent is large, or most
+//! of its plate, the whole plate joins.
 
 use super::{
     super::super::{
@@ -12,12 +12,15 @@ use super::{
         clock::Clock,
         columns::Columns,
         error::TectonicError,
+        laws::CollisionLaw,
+        ledger::Ledger,
         plate::{Plate, PlateBorn, PlateTable, Rotation},
         recipe::Recipe,
-        sub_plate::{Crust, MaterialArea, PlateId, Slab, SubPlate},
+        sub_plate::*,
         topology::{EdgeState, Topology},
     },
     Splits, plate_areas,
+    surge::{self, Uplands},
 };
 use crate::mesh::SphereMesh;
 use bevy::prelude::*;
@@ -28,9 +31,21 @@ const AT_REST_LENGTH: f64 = 100.0;
 const AT_REST_SHARE: f64 = 0.35;
 /// A continent that makes up more than this share of its plate takes the whole plate along.
 const WHOLE_PLATE: f64 = 0.6;
-/// No two plates become one larger than this share of the sphere (Earth's largest has 0.21, Pangaea's may
-/// have had 0.4): the continent alone goes over. A plate of half a planet hardly moves.
-const LARGEST: f64 = 0.35;
+/// No two plates become one larger than this share of the sphere (Earth's largest has 0.21): their continents
+/// stay in collision, and can still slide round each other. Plates of a third of a planet hardly move, and
+/// keep a supercontinent as sprawling as it met.
+const LARGEST: f64 = 0.25;
+
+type SutureColumns = (
+    &'static mut PlateId,
+    &'static Crust,
+    &'static MaterialArea,
+    &'static mut Slab,
+    &'static mut Thickness,
+    &'static mut Orogeny,
+    &'static mut OrogenyBegan,
+    &'static mut FoldDirection,
+);
 
 /// Welds at most one pair, a failed rift or else the pair that has interpenetrated furthest, and lets
 /// at most one terrane go over.
@@ -40,8 +55,9 @@ pub(in crate::simulation) fn suture(
     topology: Res<Topology>,
     mut contacts: ResMut<Contacts>,
     mut splits: ResMut<Splits>,
+    mut ledger: ResMut<Ledger>,
     mut plates: Query<(Entity, &Plate, &mut Rotation, &PlateBorn)>,
-    mut sub_plates: Query<(&mut PlateId, &Crust, &MaterialArea, &mut Slab), With<SubPlate>>,
+    mut sub_plates: Query<SutureColumns, With<SubPlate>>,
 ) -> Result<(), TectonicError> {
     if clock.reorganisation.due().is_none() {
         return Ok(());
@@ -52,8 +68,30 @@ pub(in crate::simulation) fn suture(
         return Ok(());
     }
     let mesh = &topology.0;
-    let (mut plate, crust, area, mut slab) = sub_plates.columns(mesh.vertex_count())?;
+    let (mut plate, crust, area, mut slab, mut thickness, mut orogeny, mut began, mut fold) =
+        sub_plates.columns(mesh.vertex_count())?;
     let plate = plate.bypass_change_detection();
+    let mut dock = |terrane: &[u32], speed: f64| {
+        if recipe.laws.collision == CollisionLaw::Cortial {
+            let mut uplands = Uplands {
+                thickness: thickness.bypass_change_detection(),
+                orogeny: orogeny.bypass_change_detection(),
+                began: began.bypass_change_detection(),
+                fold: fold.bypass_change_detection(),
+            };
+            surge::raise(
+                &recipe,
+                mesh,
+                terrane,
+                speed,
+                clock.time_my,
+                crust,
+                area,
+                &mut uplands,
+                &mut ledger,
+            );
+        }
+    };
     let areas = plate_areas(&table, plate, area);
     let sphere = 4.0 * core::f64::consts::PI * recipe.radius_km * recipe.radius_km;
     let too_large = |&(a, b): &(PlateId, PlateId)| {
@@ -74,21 +112,14 @@ pub(in crate::simulation) fn suture(
         .max_by(by_depth)
         .map(|(&pair, _)| pair);
     if let Some((a, b)) = colliding {
-        let terranes = [(a, b), (b, a)].map(|(own, other)| {
-            let of = Terrane::at_front(mesh, plate, crust, area, own, other);
-            let whole = table.row(own).map_or(0.0, |row| areas[row]);
-            (of, own, other, whole)
-        });
-        let [first, second] = &terranes;
-        let (terrane, own, other, whole) = if first.0.area <= second.0.area {
-            first
-        } else {
-            second
-        };
-        let apart = terrane.area < WHOLE_PLATE * whole || too_large(&(a, b));
-        if terrane.area > 0.0 && terrane.area < *whole && apart {
+        let (terrane, own, other) = Terrane::smaller_at_front(mesh, plate, crust, area, a, b);
+        let whole = table.row(own).map_or(0.0, |row| areas[row]);
+        let apart = terrane.area < WHOLE_PLATE * whole
+            && terrane.area <= constants.terrane_largest * sphere;
+        if terrane.area > 0.0 && apart {
+            dock(&terrane.members, contacts.0[&(a, b)].closing);
             for &v in &terrane.members {
-                plate[v as usize] = *other;
+                plate[v as usize] = other;
                 // The slab that pulled it in has broken off.
                 for w in mesh.neighbours(v) {
                     slab.bypass_change_detection()[w as usize].0 = 0.0;
@@ -98,7 +129,7 @@ pub(in crate::simulation) fn suture(
             if let Some(contact) = contacts.0.get_mut(&(a, b)) {
                 *contact = Contact {
                     last_my: contact.last_my,
-                    subducting: Some(*own),
+                    subducting: Some(own),
                     ..default()
                 };
             }
@@ -126,9 +157,13 @@ pub(in crate::simulation) fn suture(
                 rift.stops_km.is_finite() && clock.time_my - rift.began_my > push
             })
     });
-    let Some((&(a, b), _)) = failed.or(ready) else {
+    let Some((&(a, b), contact)) = failed.or(ready) else {
         return Ok(());
     };
+    if failed.is_none() {
+        let (terrane, ..) = Terrane::smaller_at_front(mesh, plate, crust, area, a, b);
+        dock(&terrane.members, contact.closing);
+    }
     let (Some(i), Some(j)) = (table.row(a), table.row(b)) else {
         return Ok(());
     };
@@ -157,6 +192,24 @@ struct Terrane {
 }
 
 impl Terrane {
+    /// The smaller of the two continents that meet at the front of two plates, its plate and the other.
+    fn smaller_at_front(
+        mesh: &SphereMesh<EdgeState>,
+        plate: &[PlateId],
+        crust: &[Crust],
+        area: &[MaterialArea],
+        a: PlateId,
+        b: PlateId,
+    ) -> (Self, PlateId, PlateId) {
+        let first = Self::at_front(mesh, plate, crust, area, a, b);
+        let second = Self::at_front(mesh, plate, crust, area, b, a);
+        if first.area <= second.area {
+            (first, a, b)
+        } else {
+            (second, b, a)
+        }
+    }
+
     /// The continent of a plate that touches most of another plate's continents. Empty if none does.
     fn at_front(
         mesh: &SphereMesh<EdgeState>,

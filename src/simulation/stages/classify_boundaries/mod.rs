@@ -4,6 +4,8 @@
 //! share of the slip that opens or closes a *smoothed* front: the raw directions of edges zigzag,
 //! and would make crust along transforms.
 
+mod polarity;
+
 use super::super::{
     boundaries::{Boundaries, Contacts, Front},
     clock::Clock,
@@ -12,7 +14,7 @@ use super::super::{
     error::TectonicError,
     plate::{Plate, PlateBorn, PlateTable, Rotation},
     recipe::Recipe,
-    sub_plate::{Created, Crust, PlateId, SubPlate},
+    sub_plate::{Created, Crust, PlateId, Slab, SubPlate},
     topology::{BoundaryKind, EdgeState, Topology},
     workers::Workers,
 };
@@ -30,10 +32,10 @@ pub(in crate::simulation) fn classify_boundaries(
     mut boundaries: ResMut<Boundaries>,
     mut contacts: ResMut<Contacts>,
     plates: Query<(Entity, &Plate, &Rotation, &PlateBorn)>,
-    mut sub_plates: Query<(&PlateId, &Crust, &Created), With<SubPlate>>,
+    mut sub_plates: Query<(&PlateId, &Crust, &Created, &mut Slab), With<SubPlate>>,
 ) -> Result<(), TectonicError> {
     let mesh = &mut topology.0;
-    let (plate, crust, created) = sub_plates.columns(mesh.vertex_count())?;
+    let (plate, crust, created, mut slab) = sub_plates.columns(mesh.vertex_count())?;
     let plates = PlateTable::gather(plates.iter());
     let constants = &recipe.constants.boundaries;
     let boundaries = &mut *boundaries;
@@ -50,9 +52,18 @@ pub(in crate::simulation) fn classify_boundaries(
             .all(|&v| crust[v as usize].is_continental());
     }
     contacts.carry_rifts(&plates, clock.step_my);
-    remember_contacts(&fronts, crust, created, &clock, &recipe, &mut contacts);
-    for front in &mut fronts {
-        front.under = sinking_end(front, crust, &contacts);
+    remember_contacts(&fronts, &clock, &recipe, &mut contacts);
+    polarity::settle(
+        mesh,
+        &mut fronts,
+        crust,
+        created,
+        slab.bypass_change_detection(),
+        &recipe,
+        &mut contacts,
+    );
+    boundaries.list_polarity(&fronts, crust);
+    for front in &fronts {
         let before = mesh.payload(front.edge).kind;
         let kind = classify(before, front, constants);
         mesh.payload_mut(front.edge).kind = kind;
@@ -119,6 +130,7 @@ pub(in crate::simulation) fn smooth_strikes(
         vertices,
         strikes,
         place,
+        ..
     } = boundaries;
     strikes.clear();
     strikes.resize(vertices.len(), DVec3::ZERO);
@@ -150,28 +162,17 @@ pub(in crate::simulation) fn smooth_strikes(
 }
 
 /// Brings what each pair of plates remembers up to date.
-fn remember_contacts(
-    fronts: &[Front],
-    crust: &[Crust],
-    created: &[Created],
-    clock: &Clock,
-    recipe: &Recipe,
-    contacts: &mut Contacts,
-) {
-    let constants = &recipe.constants.boundaries;
+fn remember_contacts(fronts: &[Front], clock: &Clock, recipe: &Recipe, contacts: &mut Contacts) {
     #[derive(Default)]
     struct Sum {
         length: f64,
         continental: f64,
         closing: f64,
         untorn: f64,
-        oceanic: f64,
-        created: [f64; 2],
     }
     let mut sums: BTreeMap<(PlateId, PlateId), Sum> = BTreeMap::new();
     for front in fronts {
         let key = Contacts::key(front.plates[0], front.plates[1]);
-        let swap = usize::from(key.0 != front.plates[0]);
         let sum = sums.entry(key).or_default();
         sum.length += front.length;
         if contacts.holds(front, clock.time_my, recipe) {
@@ -180,16 +181,6 @@ fn remember_contacts(
         if front.continental {
             sum.continental += front.length;
             sum.closing += front.length * (-front.opening).max(0.0);
-        }
-        if front
-            .vertices
-            .iter()
-            .all(|&v| !crust[v as usize].is_continental())
-        {
-            sum.oceanic += front.length;
-            for (end, &vertex) in front.vertices.iter().enumerate() {
-                sum.created[end ^ swap] += front.length * f64::from(created[vertex as usize].0);
-            }
         }
     }
     for (key, sum) in sums {
@@ -203,33 +194,10 @@ fn remember_contacts(
         };
         contact.untorn_km = sum.untorn;
         contact.interpenetration += contact.closing * clock.step_my;
-        if sum.oceanic > 0.0 {
-            // The older side is the denser one; kept while they touch, or fronts grow fingers.
-            let lead = (sum.created[1] - sum.created[0]) / sum.oceanic;
-            let older = if lead >= 0.0 { key.0 } else { key.1 };
-            if contact.subducting.is_none() || lead.abs() > constants.reversal {
-                contact.subducting = Some(older);
-            }
-        }
     }
     contacts
         .0
-        .retain(|_, contact| clock.time_my - contact.last_my < constants.memory);
-}
-
-/// Which end of a front goes under where it closes: sea floor before continent, then the pair's
-/// polarity; none where continents meet.
-fn sinking_end(front: &Front, crust: &[Crust], contacts: &Contacts) -> Option<usize> {
-    let [u, v] = front.vertices.map(|v| crust[v as usize].is_continental());
-    match (u, v) {
-        (true, true) => None,
-        (false, true) => Some(0),
-        (true, false) => Some(1),
-        (false, false) => {
-            let sinking = contacts.get(front.plates[0], front.plates[1])?.subducting?;
-            Some(usize::from(sinking != front.plates[0]))
-        }
-    }
+        .retain(|_, contact| clock.time_my - contact.last_my < recipe.constants.boundaries.memory);
 }
 
 /// The next state of the machine.
