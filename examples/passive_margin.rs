@@ -102,14 +102,15 @@ impl Section {
 
 /// The direction from the land to the sea around a place.
 fn seaward(surface: &Surface, edge: DVec3) -> Option<DVec3> {
-    let (east, north) = bevy_tectonics::surface::east_north(edge);
+    let (east, _) = bevy_tectonics::surface::east_north(edge);
     let mut sum = DVec3::ZERO;
     for ring in 1..=5 {
         for spoke in 0..36 {
-            let (sine, cosine) = f64::from(spoke * 10).to_radians().sin_cos();
-            let towards = east * cosine + north * sine;
+            let turn = f64::from(spoke * 10).to_radians();
+            let towards = DQuat::from_axis_angle(edge, turn) * east;
             let angle = SURROUNDINGS * f64::from(ring) / 5.0 / surface.radius_km;
-            let place = surface.at(edge * angle.cos() + towards * angle.sin());
+            let axis = edge.cross(towards);
+            let place = surface.at(DQuat::from_axis_angle(axis, angle) * edge);
             if place.crust == Crust::Oceanic {
                 sum += towards;
             }
