@@ -488,9 +488,9 @@ constants! {
         suture_length = 350.0 in 50.0..=5000.0 "km",
         /// Share of continental contact in the front of the two plates that a suture needs.
         suture_share = 0.2 in 0.0..=1.0 "",
-        /// Closing speed below which a collision has come to rest. Earth's ranges close for tens of My; at twice
-        /// this speed they are welded while still high, and stand in the middle of plates.
-        suture_speed = 3.0 in 0.0..=100.0 "km/My",
+        /// Closing speed below which a collision has come to rest. Earth's ranges close for tens of My; at
+        /// 3 km/My and more they are welded while still high, and stand in the middle of plates.
+        suture_speed = 1.5 in 0.0..=100.0 "km/My",
         /// Plates smaller than this do not rift.
         rift_smallest = 0.03 in 0.005..=1.0 "of the sphere",
         /// Plates younger than this do not rift.
