@@ -4,7 +4,7 @@
 //!
 //! Writes the maps of each moment to FOLDER (`target/eras` by default) and all eight on one sheet,
 //! `eras.png`, in rows from the top left. Prints how gathered the continents are: 0 where they lie
-//! evenly around the planet, 0.59 where they form one round supercontinent.
+//! evenly around the planet, about 0.6 where they form one round supercontinent.
 
 use bevy_tectonics::{export::Maps, prelude::*};
 use core::ops::ControlFlow;
