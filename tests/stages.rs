@@ -8,9 +8,9 @@ mod schedule;
 use bevy::prelude::*;
 use bevy_tectonics::prelude::*;
 use bevy_tectonics::simulation::{
-    Clock, Created, Drive, Elevation, ErodePlugin, MaterialArea, Plate, PlateId, Position,
-    Rotation, Sea, Splits, SubPlate, Thickness, Topology, Trench, UpliftPlugin, Velocity,
-    sea_floor_depth,
+    Clock, Created, Deviation, Drive, Elevation, ErodePlugin, HeldMotion, MaterialArea, Plate,
+    PlateId, Position, Rotation, Sea, Splits, SubPlate, Thickness, Topology, Trench, UpliftPlugin,
+    Velocity, sea_floor_depth,
 };
 use glam::{DQuat, DVec3};
 use scenario::*;
@@ -222,7 +222,7 @@ fn colliding_continents_thicken_and_keep_their_volume() {
             );
         }
     }
-    assert!((volume / (ledger.initial_km3 + ledger.accreted_km3) - 1.0).abs() < 1e-9);
+    assert!((volume / (ledger.initial_km3 + ledger.accreted_km3()) - 1.0).abs() < 1e-9);
     assert!(thickest > 40.0 && thickest <= 70.0 + 1e-9, "{thickest} km");
     // 60 km/My over the front's 73.7°, 2 R sin 36.9° in its projection, for 20 My.
     let swept = 2.0 * SPEED * 20.0 * 2.0 * RADIUS * 0.6;
@@ -245,12 +245,56 @@ fn rigid_plates_never_bend_and_soft_ones_do() {
         recipe.drive = drive;
         let mut history = History::new(recipe).unwrap();
         run(&mut history, 10.0);
-        let bent = column::<bevy_tectonics::simulation::Deviation>(&mut history)
+        let bent = column::<Deviation>(&mut history)
             .iter()
             .filter(|deviation| deviation.0 != Vec3::ZERO)
             .count();
         assert_eq!(bent > 0, drive == Drive::Soft, "{drive:?}: {bent} bent");
     }
+}
+
+/// Two continents close at twice 30 km/My; margins take up half of that, a half on either side.
+#[test]
+fn margins_yield_where_continents_collide() {
+    let mut history = History::new(recipe(10_000)).unwrap();
+    arrange(&mut history, closing(), |_, site| {
+        if site.x > 0.5 { CONTINENT } else { SEA_FLOOR }
+    });
+    let world = history.world_mut();
+    let mut plates = world.query::<(Entity, &Plate)>();
+    let held: Vec<(Entity, HeldMotion)> = plates
+        .iter(world)
+        .map(|(entity, plate)| {
+            let rotation = closing()[usize::from(plate.id.0) - 1];
+            let until_my = 100.0;
+            (entity, HeldMotion { rotation, until_my })
+        })
+        .collect();
+    for (entity, held) in held {
+        world.entity_mut(entity).insert(held);
+    }
+    run(&mut history, 8.0);
+    // Inward deviations by distance from the front, in km.
+    let position: Vec<Position> = column(&mut history);
+    let deviation: Vec<Deviation> = column(&mut history);
+    let mean = |from: f64, to: f64| {
+        let band: Vec<f64> = position
+            .iter()
+            .zip(&deviation)
+            .filter(|(at, _)| at.0.x > 0.7)
+            .map(|(at, by)| (f64::from(at.0.y), f64::from(by.0.y)))
+            .filter(|(y, _)| (from..to).contains(&(y.abs() * RADIUS)))
+            .map(|(y, by)| by * y.signum())
+            .collect();
+        assert!(band.len() > 20);
+        band.iter().sum::<f64>() / band.len() as f64
+    };
+    // Ends of a front that lie far apart yield less.
+    let bands = [(0.0, 300.0), (500.0, 800.0), (1200.0, 2000.0)].map(|(from, to)| mean(from, to));
+    let [front, inland, plate] = bands;
+    assert!(front > 0.2 * SPEED && front <= 0.5 * SPEED, "{bands:?}");
+    assert!(inland > 0.1 * front && inland < 0.7 * front, "{bands:?}");
+    assert!(plate.abs() < 1e-3 * SPEED, "{bands:?}");
 }
 
 #[test]

@@ -350,7 +350,9 @@ constants! {
 constants! {
     /// Soft margins: springs on joined edges and their cross edges (Yggdrasill).
     MarginConstants("margins") {
-        /// Stiffness of plates: 0 lets the springs alone hold them together, 1 keeps them exactly rigid.
+        /// Stiffness of plates behind their margins: fronts give way freely, and what lies behind them stiffens
+        /// to this across the margin's width. 0 lets the springs alone hold plates together, 1 keeps them
+        /// exactly rigid.
         rigidity = 0.85 in 0.0..=1.0 "",
         /// Reach of the soft margin behind a front.
         width = 600.0 in 0.0..=3000.0 "km",
@@ -386,14 +388,22 @@ constants! {
         arc_accretion = 18.0 in 10.0..=40.0 "km",
         /// Feedback of the continental volume on arc magmatism, so that continents neither grow nor shrink for ever.
         arc_feedback = 14.0 in 0.0..=50.0 "per relative excess",
-        /// Depth of a trench below its plate at 40 km/My (Earth 2-4 km at this resolution).
-        trench_depth = 2200.0 in 0.0..=6000.0 "m",
+        /// Depth of a trench's axis below its plate at 40 km/My (Earth up to 5 km).
+        trench_depth = 5000.0 in 0.0..=6000.0 "m",
+        /// Distance from the axis at which the sinking plate lies undisturbed (Earth 100-200 km).
+        trench_width = 150.0 in 10.0..=500.0 "km",
         /// Time in which a trench forms or fills.
         trench_time = 2.0 in 0.5..=50.0 "My",
         /// Crust thicker than this flows outwards (Tibet stands on 70 km).
         plateau_thickness = 55.0 in 40.0..=90.0 "km",
         /// Share of the excess that flows per My at a spacing of 226 km.
         plateau_flow = 0.02 in 0.0..=1.0 "/My",
+        /// Crust thicker than this flows outwards once nothing presses it any more (old ranges on Earth stand
+        /// on 40-45 km).
+        collapse_thickness = 44.0 in 36.0..=90.0 "km",
+        /// Share of that excess that flows per My at a spacing of 226 km: ranges collapse within some
+        /// 20-50 My of the end of a collision (Dewey 1988).
+        collapse_flow = 0.05 in 0.0..=1.0 "/My",
     }
 }
 
@@ -441,17 +451,17 @@ constants! {
         /// Height gained per km of continental crust (Airy, with a mantle of 3,300 kg/m³).
         isostasy = 155.0 in 50.0..=400.0 "m/km",
         /// Thickness of continental crust whose surface lies at the reference level.
-        reference_thickness = 35.6 in 20.0..=50.0 "km",
+        reference_thickness = 34.7 in 20.0..=50.0 "km",
         /// Thickness of sediment on old sea floor.
         sediment_thickest = 450.0 in 0.0..=3000.0 "m",
         /// Sediment laid down on sea floor.
         sediment_rate = 3.0 in 0.0..=100.0 "m/My",
         /// Width of a passive margin's shelf profile (Earth 80 km on average, up to 400). Wider than what is
         /// drawn as sea: its inner part lies within metres of the sea level, and crust thins towards its edge.
-        shelf_width = 580.0 in 0.0..=1000.0 "km",
+        shelf_width = 460.0 in 0.0..=1000.0 "km",
         /// Width of the shelf profile between a trench and its arc (Earth: 50-200 km of fore-arc basins, and
         /// wide flooded shelves behind the arcs of Sunda and the East China Sea, which are not modelled).
-        forearc_width = 320.0 in 0.0..=1000.0 "km",
+        forearc_width = 260.0 in 0.0..=1000.0 "km",
         /// Depth of a margin's edge.
         shelf_depth = 190.0 in 0.0..=1000.0 "m",
         /// Width of the wedge of sediment at the foot of a passive margin (Earth 100-500 km).
@@ -463,7 +473,7 @@ constants! {
         /// Speed at which it does, 40 My later, where half of the neighbours are continent; it grows
         /// with the square of the time. Embayments of old floor are buried, as the Gulf of Mexico and
         /// the Caspian are, before they grow older than any sea floor on Earth.
-        margin_growth = 1.0 in 0.0..=50.0 "km/My",
+        margin_growth = 0.7 in 0.0..=50.0 "km/My",
         /// Time in which sediment fills a basin on continental crust to its base level.
         basin_time = 15.0 in 1.0..=500.0 "My",
         /// Time in which a margin relaxes to its shelf.

@@ -6,8 +6,8 @@ use serde::Serialize;
 
 /// Volumes of continental crust in km³ and areas of sea floor in km², since the start.
 ///
-/// `initial + arc_magma + plume_magma + accreted + prescribed − eroded` is the continental volume; see
-/// [`closing_error`](Self::closing_error).
+/// `initial + arc_magma + plume_magma + accreted + prescribed − eroded` is the continental volume, where
+/// [`accreted`](Self::accreted_km3) sums four of the books; see [`closing_error`](Self::closing_error).
 #[derive(Resource, Debug, Clone, Copy, Default, PartialEq, Serialize, Reflect)]
 #[reflect(Resource)]
 pub struct Ledger {
@@ -17,8 +17,14 @@ pub struct Ledger {
     pub arc_magma_km3: f64,
     /// Magma that hot spots added to continents, km³.
     pub plume_magma_km3: f64,
-    /// Sea floor, island arcs and filled basins that became continental, km³.
-    pub accreted_km3: f64,
+    /// Island arcs that grew as thick as continents, km³.
+    pub island_arcs_km3: f64,
+    /// Enclosed seas that filled up, km³.
+    pub filled_seas_km3: f64,
+    /// Margins that rivers built out, their sea floor included, km³.
+    pub built_margins_km3: f64,
+    /// Sea floor buried under crust that collisions pushed out, km³.
+    pub buried_floor_km3: f64,
     /// Rock lost to the deep sea, km³.
     pub eroded_km3: f64,
     /// What events made continental less what they made sea floor, km³.
@@ -34,13 +40,19 @@ pub struct Ledger {
 }
 
 impl Ledger {
+    /// Sea floor, island arcs and filled basins that became continental, km³.
+    #[must_use]
+    pub fn accreted_km3(&self) -> f64 {
+        self.island_arcs_km3 + self.filled_seas_km3 + self.built_margins_km3 + self.buried_floor_km3
+    }
+
     /// Continental volume that the books say is there, km³.
     #[must_use]
     pub fn booked_km3(&self) -> f64 {
         self.initial_km3
             + self.arc_magma_km3
             + self.plume_magma_km3
-            + self.accreted_km3
+            + self.accreted_km3()
             + self.prescribed_km3
             - self.eroded_km3
     }

@@ -47,6 +47,7 @@ pub(in crate::simulation) fn erode(
             &MaterialArea,
             &Created,
             &mut Trench,
+            &Volcanism,
         ),
         With<SubPlate>,
     >,
@@ -55,16 +56,16 @@ pub(in crate::simulation) fn erode(
         return Ok(());
     };
     let mesh = &topology.0;
-    let (plate, mut crust, mut thickness, area, created, mut trench) =
+    let (plate, mut crust, mut thickness, area, created, mut trench, volcanism) =
         sub_plates.columns(mesh.vertex_count())?;
     let crust = crust.bypass_change_detection();
     let thickness = thickness.bypass_change_detection();
     let trench = trench.bypass_change_detection();
 
+    let growth = ledger.growth(continental_volume(crust, thickness, area));
     let lost = match recipe.laws.erosion {
         ErosionLaw::BaseLevel => {
             let inland = Inland::measure(&recipe, mesh, plate, crust, trench);
-            let growth = ledger.growth(continental_volume(crust, thickness, area));
             let constants = &recipe.constants.erosion;
             let share = (constants.lost + constants.lost_feedback * growth).clamp(0.0, 1.0);
             wear_to_base_level(
@@ -89,8 +90,9 @@ pub(in crate::simulation) fn erode(
         area,
         created,
         trench,
+        volcanism,
     };
-    margins.build_out(&mut ledger, clock.time_my, time, lost);
+    margins.build_out(&mut ledger, growth, clock.time_my, time, lost);
     Ok(())
 }
 
@@ -159,13 +161,24 @@ struct OldMargins<'a> {
     area: &'a [MaterialArea],
     created: &'a [Created],
     trench: &'a [Trench],
+    volcanism: &'a [Volcanism],
 }
 
 impl OldMargins<'_> {
     /// Lays what rivers carry to the sea on the oldest floor beside the land. What has grown as thick
-    /// as an arc is continent.
-    fn build_out(&mut self, ledger: &mut Ledger, now: f64, time: f64, mut sediment: f64) {
+    /// as an arc is continent; the pile of a volcano does not count, or shores would run out along
+    /// island chains.
+    fn build_out(
+        &mut self,
+        ledger: &mut Ledger,
+        growth: f64,
+        now: f64,
+        time: f64,
+        mut sediment: f64,
+    ) {
         let constants = &self.recipe.constants.erosion;
+        // Continents that have grown drown their own margins, which then keep what rivers bring.
+        let thrift = (1.0 - self.recipe.constants.uplift.arc_feedback * growth).clamp(0.0, 1.0);
         let target = self.recipe.constants.uplift.arc_accretion;
         let missing = target - self.recipe.constants.ridges.oceanic_thickness;
         let mut grown = Vec::new();
@@ -184,18 +197,18 @@ impl OldMargins<'_> {
             if land == 0.0 {
                 continue;
             }
-            let speed = constants.margin_growth * ripe * ripe * 2.0 * land / degree;
+            let speed = thrift * constants.margin_growth * ripe * ripe * 2.0 * land / degree;
             let rate = missing * speed / self.recipe.spacing_km();
             let layer = (rate * time).min(missing).min(sediment / self.area[v].0);
             self.thickness[v].0 += layer;
             sediment -= layer * self.area[v].0;
-            if self.thickness[v].0 >= target {
+            if self.thickness[v].0 - f64::from(self.volcanism[v].pile_km) >= target {
                 grown.push(v);
             }
         }
         for v in grown {
             self.crust[v] = Crust::Continental;
-            ledger.accreted_km3 += self.thickness[v].0 * self.area[v].0;
+            ledger.built_margins_km3 += self.thickness[v].0 * self.area[v].0;
         }
     }
 }

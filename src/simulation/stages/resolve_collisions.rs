@@ -461,7 +461,7 @@ fn obduct(
             break;
         }
         // The sea floor beneath becomes part of the continent.
-        ledger.accreted_km3 += ground.thickness[v].0 * ground.area[v].0;
+        ledger.buried_floor_km3 += ground.thickness[v].0 * ground.area[v].0;
         let part = volume.min(fits);
         ground.crust[v] = Crust::Continental;
         ground.thickness[v].0 += part / ground.area[v].0;

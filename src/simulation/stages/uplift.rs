@@ -27,6 +27,8 @@ const TRENCH_SPEED: f64 = 40.0;
 const MOST_VIGOROUS: f64 = 3.0;
 /// Slower convergence raises no arc worth naming, in km/My.
 const OROGENY_SPEED: f64 = 5.0;
+/// A range that has not been thickened for so long is no longer held up by what pressed it, in My.
+const PRESSED: f32 = 8.0;
 /// Flow of thick crust is stated at this spacing, in km.
 const FLOW_SPACING: f64 = 226.0;
 
@@ -81,19 +83,19 @@ pub(in crate::simulation) fn uplift(
     // Trenches and the fronts that feed arcs: overriding vertex, speed, direction of convergence, and
     // the elevation in km of what goes under, as it was before the trench bent it.
     let mut arcs: Vec<(u32, f64, glam::DVec3, f64)> = Vec::new();
-    let mut bent: Vec<(u32, f64)> = Vec::new();
+    let mut sinking_fronts: Vec<(u32, f64)> = Vec::new();
     for front in &boundaries.fronts {
         let (Some(under), true) = (front.under, front.opening < 0.0) else {
             continue;
         };
         let (sinking, over) = (front.vertices[under], front.vertices[1 - under]);
-        bent.push((sinking, -front.opening));
+        sinking_fronts.push((sinking, -front.opening));
         let relief = f64::from(elevation[sinking as usize].0 + trench[sinking as usize].0);
         arcs.push((over, -front.opening, front.slip, 1e-3 * relief));
     }
     let fastest_first = |a: &(u32, f64), b: &(u32, f64)| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1));
-    bent.sort_by(fastest_first);
-    bent.dedup_by_key(|(v, _)| *v);
+    sinking_fronts.sort_by(fastest_first);
+    sinking_fronts.dedup_by_key(|(v, _)| *v);
     let healed = libm::exp(-time / constants.trench_time) as f32;
     for trench in trench.iter_mut().filter(|trench| trench.0 > 0.0) {
         trench.0 = if trench.0 < 1.0 {
@@ -102,9 +104,24 @@ pub(in crate::simulation) fn uplift(
             trench.0 * healed
         };
     }
-    for (v, speed) in bent {
-        let depth = (constants.trench_depth * (speed / TRENCH_SPEED).min(1.0)) as f32;
-        trench[v as usize].0 += depth * (1.0 - healed);
+    // The trench runs half a cell in front of either plate's front.
+    let half = 0.5 * recipe.spacing_km();
+    let sources: Vec<(u32, f64)> = sinking_fronts.iter().map(|&(v, _)| (v, half)).collect();
+    let bent = reach(
+        mesh,
+        recipe.radius_km,
+        &sources,
+        constants.trench_width + half,
+        |v| !crust[v as usize].is_continental(),
+    );
+    for (v, distance, source) in bent.found {
+        let (front, speed) = sinking_fronts[source as usize];
+        if plate[v as usize] != plate[front as usize] {
+            continue;
+        }
+        let share = trench_profile(distance, half, constants.trench_width);
+        let depth = share * constants.trench_depth * (speed / TRENCH_SPEED).min(1.0);
+        trench[v as usize].0 += depth as f32 * (1.0 - healed);
     }
 
     arcs.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
@@ -117,8 +134,6 @@ pub(in crate::simulation) fn uplift(
         UpliftLaw::Magma => (constants.arc_distance, constants.arc_reach),
         UpliftLaw::Cortial => (published.uplift_peak, published.subduction_distance),
     };
-    // The trench runs half a cell in front of the overriding front.
-    let half = 0.5 * recipe.spacing_km();
     let sources: Vec<(u32, f64)> = arcs.iter().map(|&(v, ..)| (v, half)).collect();
     let behind = reach(mesh, recipe.radius_km, &sources, end, |_| true);
     for (v, distance, source) in behind.found {
@@ -154,12 +169,24 @@ pub(in crate::simulation) fn uplift(
                 created[v].0 = now;
                 orogeny[v] = Orogeny::Andean;
                 began[v].0 = now;
-                ledger.accreted_km3 += thickness[v].0 * area[v].0;
+                ledger.island_arcs_km3 += thickness[v].0 * area[v].0;
             }
         }
     }
-    flow_plateaus(&recipe, &topology, time, crust, area, thickness);
+    let idle = |v: usize| now - began[v].0 > PRESSED;
+    flow_plateaus(&recipe, &topology, time, idle, crust, area, thickness);
     Ok(())
+}
+
+/// Mean depth of a cell as a share of the axis' depth: a wedge that shallows from the axis to nothing
+/// over `width`, seen by a cell from `distance − half` to `distance + half`. Its volume is the same on
+/// every mesh.
+fn trench_profile(distance: f64, half: f64, width: f64) -> f64 {
+    let filled = |x: f64| {
+        let x = (x / width.max(1e-9)).clamp(0.0, 1.0);
+        width * (x - 0.5 * x * x)
+    };
+    (filled(distance + half) - filled(distance - half)) / (2.0 * half)
 }
 
 /// Share of an arc's flux per km of distance from the trench: a triangle that integrates to 1.
@@ -192,20 +219,25 @@ pub(in crate::simulation) fn folded(
     (sum - site * site.dot(sum)).clamp_length_max(1.0).as_vec3()
 }
 
-/// Crust thicker than a plateau's moves to its thinner continental neighbours, volume for volume.
+/// Crust thicker than a plateau's moves to its thinner continental neighbours, volume for volume. Ranges
+/// that nothing presses any more collapse under their own weight (Dewey 1988).
 fn flow_plateaus(
     recipe: &Recipe,
     topology: &Topology,
     time: f64,
+    idle: impl Fn(usize) -> bool,
     crust: &[Crust],
     area: &[MaterialArea],
     thickness: &mut [Thickness],
 ) {
     let constants = &recipe.constants.uplift;
     let scale = FLOW_SPACING / recipe.spacing_km();
-    let share = (constants.plateau_flow * time * scale * scale).min(0.5);
+    let share = |flow: f64| (flow * time * scale * scale).min(0.5);
+    let pressed = (constants.plateau_thickness, share(constants.plateau_flow));
+    let released = (constants.collapse_thickness, share(constants.collapse_flow));
     for v in 0..crust.len() {
-        let excess = thickness[v].0 - constants.plateau_thickness;
+        let (stable, share) = if idle(v) { released } else { pressed };
+        let excess = thickness[v].0 - stable;
         if excess <= 0.0 || !crust[v].is_continental() {
             continue;
         }
@@ -231,6 +263,17 @@ fn flow_plateaus(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_trench_is_as_large_on_every_mesh() {
+        for spacing in [226.0, 113.0, 56.0] {
+            let cells = (0..10).map(|i| (f64::from(i) + 0.5) * spacing);
+            let volume: f64 = cells
+                .map(|d| trench_profile(d, 0.5 * spacing, 150.0) * spacing)
+                .sum();
+            assert!((volume - 75.0).abs() < 1e-9, "{spacing} {volume}");
+        }
+    }
 
     #[test]
     fn an_arc_hands_out_all_of_its_magma() {

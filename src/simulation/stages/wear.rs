@@ -148,8 +148,8 @@ mod tests {
     #[test]
     fn elevation_wears_high_land_and_fills_low() {
         let recipe = Recipe::default();
-        // 155 m/km · (h − 35.6 km): 45.6 km stands at 1550 m, 25.6 km at −1550 m.
-        let mut thickness = [Thickness(45.6), Thickness(25.6), Thickness(7.0)];
+        // 155 m/km · (h − 34.7 km): 44.7 km stands at 1550 m, 24.7 km at −1550 m.
+        let mut thickness = [Thickness(44.7), Thickness(24.7), Thickness(7.0)];
         let crust = [Crust::Continental, Crust::Continental, Crust::Oceanic];
         let area = [
             MaterialArea(300.0),
@@ -159,8 +159,8 @@ mod tests {
         let lost = wear_by_elevation(&recipe, &crust, &mut thickness, &area, 0.0, 2.0);
         // 1.55/10 · 0.03 · 2 = 0.0093 km of height, 9.3/155 = 0.06 km of rock: 18 km³. The low cell
         // takes as much per area, 6 km³.
-        assert!((thickness[0].0 - 45.54).abs() < 1e-9);
-        assert!((thickness[1].0 - 25.66).abs() < 1e-9);
+        assert!((thickness[0].0 - 44.64).abs() < 1e-9);
+        assert!((thickness[1].0 - 24.76).abs() < 1e-9);
         assert_eq!(thickness[2].0, 7.0);
         assert!((lost - 12.0).abs() < 1e-9);
     }

@@ -25,7 +25,10 @@ use super::{
     plate::{NextPlateId, Plate, PlateBorn, Rotation},
     recipe::{Recipe, Start},
     sea::Sea,
-    stages::{Mantle, Splits, erode::continental_height},
+    stages::{
+        Mantle, Splits,
+        erode::{continental_height, continental_rise, sea_floor_height},
+    },
     streams::{self, Purpose},
     sub_plate::*,
     topology::{EdgeState, Topology},
@@ -157,14 +160,11 @@ fn cratons(
 ) -> Moment {
     let continents = continents::lay(recipe, mesh);
     let constants = &recipe.constants;
+    let floor = constants.ridges.oceanic_thickness;
     let mut ground = Ground {
         crust: vec![Crust::Oceanic; layout.plate.len()],
-        thickness: vec![constants.ridges.oceanic_thickness; layout.plate.len()],
-        heights: layout
-            .age
-            .iter()
-            .map(|&age| -recipe.laws.sea_floor.depth(&recipe.constants.laws, age))
-            .collect(),
+        thickness: vec![floor; layout.plate.len()],
+        heights: Vec::new(),
         age: layout.age,
     };
     for (v, thickness) in continents.thickness.into_iter().enumerate() {
@@ -172,9 +172,18 @@ fn cratons(
             ground.crust[v] = Crust::Continental;
             ground.thickness[v] = thickness;
             ground.age[v] = continents.age[v];
-            ground.heights[v] = continental_height(&constants.erosion, thickness);
         }
     }
+    let rise = continental_rise(recipe, mesh, &layout.plate, &ground.crust);
+    ground.heights = (0..rise.len())
+        .map(|v| {
+            if ground.crust[v].is_continental() {
+                continental_height(&constants.erosion, ground.thickness[v])
+            } else {
+                sea_floor_height(recipe, ground.age[v], floor, rise[v], 0.0)
+            }
+        })
+        .collect();
     Moment {
         sea: Sea::for_land_share(&ground.heights, area, recipe.land_share),
         plate: layout.plate,

@@ -19,12 +19,12 @@ use crate::mesh::{NONE, SphereMesh};
 use bevy::prelude::*;
 use glam::{DVec3, Vec3};
 
-/// Passes over all springs of the margin. A push crosses one edge a pass, and margins are a few wide.
-const PASSES: usize = 4;
 /// Deviations below this die at once, in km/My, so that margins heal and cost nothing.
 const STILL: f64 = 0.02;
 /// Pushes below this bend nothing worth the work, in km/My.
 const LEAST_PUSH: f64 = 1.0;
+/// Ring of sub-plates that still move but lie behind every margin.
+const FAR: u32 = NONE - 1;
 /// Largest change of a cell's area in one step.
 const LARGEST_STRAIN: f64 = 0.05;
 
@@ -64,17 +64,15 @@ pub(in crate::simulation) fn bend_margins(
         .map(|&v| deviation[v as usize].0.as_dvec3() * (kept * step / radius))
         .collect();
     for &(v, push) in &pushes {
-        let shift = &mut shift[margin.place[v as usize] as usize];
-        let push = push * (step / radius);
-        let missing = push.length() - shift.dot(push.normalize_or_zero());
-        *shift += push.normalize_or_zero() * missing.max(0.0);
+        shift[margin.place[v as usize] as usize] = push * (step / radius);
     }
     margin.relax_springs(&recipe, mesh, plate, &mut shift, step);
 
-    let softness = 1.0 - constants.rigidity;
-    for (shift, &v) in shift.iter_mut().zip(&margin.vertices) {
+    for ((shift, &v), &ring) in shift.iter_mut().zip(&margin.vertices).zip(&margin.ring) {
         let site = mesh.site(v);
-        let soft = *shift * softness;
+        // Fronts are as soft as their springs; plates stiffen across the margin's width.
+        let inland = (f64::from(ring) * recipe.spacing_km() / constants.width.max(1.0)).min(1.0);
+        let soft = *shift * (1.0 - constants.rigidity * inland);
         *shift = soft - site * site.dot(soft);
         let speed = *shift * (radius / step);
         let still = speed.length() < STILL;
@@ -142,6 +140,10 @@ fn collision_pushes(
 struct Margin {
     vertices: Vec<u32>,
     place: Vec<u32>,
+    /// Edges between each vertex and the nearest push.
+    ring: Vec<u32>,
+    /// Edges across the margin.
+    width: u32,
 }
 
 impl Margin {
@@ -155,19 +157,20 @@ impl Margin {
     ) -> Self {
         let rings = (recipe.constants.margins.width / recipe.spacing_km())
             .round()
-            .max(1.0) as usize;
+            .max(1.0) as u32;
+        // Rings first, places once the vertices are in order.
         let mut place = vec![NONE; mesh.vertex_count()];
         let mut vertices: Vec<u32> = pushes.iter().map(|(v, _)| *v).collect();
         for &v in &vertices {
             place[v as usize] = 0;
         }
         let mut ring = 0..vertices.len();
-        for _ in 0..rings {
+        for distance in 1..=rings {
             for i in ring.clone() {
                 let v = vertices[i];
                 for w in mesh.neighbours(v) {
                     if place[w as usize] == NONE && plate[w as usize] == plate[v as usize] {
-                        place[w as usize] = 0;
+                        place[w as usize] = distance;
                         vertices.push(w);
                     }
                 }
@@ -176,15 +179,21 @@ impl Margin {
         }
         for (v, deviation) in deviation.iter().enumerate() {
             if deviation.0 != Vec3::ZERO && place[v] == NONE {
-                place[v] = 0;
+                place[v] = FAR;
                 vertices.push(v as u32);
             }
         }
         vertices.sort_unstable();
+        let ring = vertices.iter().map(|&v| place[v as usize]).collect();
         for (i, &v) in vertices.iter().enumerate() {
             place[v as usize] = i as u32;
         }
-        Self { vertices, place }
+        Self {
+            vertices,
+            place,
+            ring,
+            width: rings,
+        }
     }
 
     /// Place of a vertex in the margin, if it belongs to it.
@@ -258,12 +267,14 @@ impl Margin {
                 }));
             }
         }
-        for _ in 0..PASSES {
+        // A push crosses one edge a pass.
+        for _ in 0..=self.width {
             for spring in &springs {
-                let [i, j] = spring.ends;
+                // Fronts go where they are pushed, whatever stands behind them.
+                let [i, j] = spring.ends.map(|i| i.filter(|&i| self.ring[i] > 0));
                 let free = f64::from(u8::from(i.is_some()) + u8::from(j.is_some()));
-                let shift_of = |i: Option<usize>| i.map_or(DVec3::ZERO, |i| shift[i]);
-                let along = spring.along + shift_of(j) - shift_of(i);
+                let [from, to] = spring.ends.map(|i| i.map_or(DVec3::ZERO, |i| shift[i]));
+                let along = spring.along + to - from;
                 let length = along.length();
                 if free == 0.0 || length < 1e-9 {
                     continue;

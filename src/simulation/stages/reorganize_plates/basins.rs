@@ -7,8 +7,9 @@ use super::super::super::{
 use crate::mesh::NONE;
 use bevy::prelude::*;
 
-/// Sediment laid down at the rim of an enclosed sea, as thickness of crust, in km/My.
-const FILL_RATE: f64 = 0.25;
+/// Speed at which the shores of an enclosed sea draw together, in km/My: a basin 1,000 km across is full
+/// within 100 My, as the Amerasia basin nearly is and the Caspian and the Black Sea will be.
+const FILL_SPEED: f64 = 5.0;
 
 /// Thickens the rim of small enclosed seas until it becomes continental crust.
 pub(in crate::simulation) fn fill_basins(
@@ -24,6 +25,10 @@ pub(in crate::simulation) fn fill_basins(
     let Some(time) = clock.reorganisation.due() else {
         return Ok(());
     };
+    // What lies at the rim grows from floor to continent while the shore crosses one cell.
+    let full = recipe.constants.uplift.arc_accretion;
+    let missing = full - recipe.constants.ridges.oceanic_thickness;
+    let rate = missing * FILL_SPEED / recipe.spacing_km();
     let mesh = &topology.0;
     let (mut crust, mut thickness, area, mut created) = sub_plates.columns(mesh.vertex_count())?;
     let crust = crust.bypass_change_detection();
@@ -60,11 +65,11 @@ pub(in crate::simulation) fn fill_basins(
             })
             .collect();
         for v in rim.into_iter().map(|v| v as usize) {
-            thickness[v].0 += FILL_RATE * time;
-            if thickness[v].0 >= recipe.constants.uplift.arc_accretion {
+            thickness[v].0 += rate * time;
+            if thickness[v].0 >= full {
                 crust[v] = Crust::Continental;
                 created[v].0 = clock.time_my as f32;
-                ledger.accreted_km3 += thickness[v].0 * area[v].0;
+                ledger.filled_seas_km3 += thickness[v].0 * area[v].0;
             }
         }
     }
