@@ -97,11 +97,19 @@ impl Sheet {
             }
         }
         let path = folder.join("eras.png");
-        let file = BufWriter::new(File::create(&path)?);
-        let mut encoder = Encoder::new(file, (self.width * COLUMNS) as u32, (rows * height) as u32);
+        // Whole or not at all.
+        let draft = tempfile::NamedTempFile::new_in(folder)?;
+        let mut encoder = Encoder::new(
+            BufWriter::new(&draft),
+            (self.width * COLUMNS) as u32,
+            (rows * height) as u32,
+        );
         encoder.set_color(ColorType::Rgb);
         encoder.set_depth(BitDepth::Eight);
-        encoder.write_header()?.write_image_data(&bytes)?;
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(&bytes)?;
+        writer.finish()?;
+        draft.persist(&path)?;
         Ok(path)
     }
 }

@@ -9,7 +9,7 @@ use bevy_tectonics::{prelude::*, simulation::Crust};
 use core::ops::ControlFlow;
 use glam::{DQuat, DVec3};
 use plotters::prelude::*;
-use std::{error::Error, path::Path};
+use std::{error::Error, io::Write, path::Path};
 
 /// Time at the section in My, long enough for margins of all ages.
 const TIME_MY: f64 = 500.0;
@@ -120,10 +120,8 @@ fn seaward(surface: &Surface, edge: DVec3) -> Option<DVec3> {
 }
 
 fn draw(file: &Path, sections: &[Section], bands: &[[f64; 3]]) -> Result<(), Box<dyn Error>> {
-    if let Some(folder) = file.parent() {
-        std::fs::create_dir_all(folder)?;
-    }
-    let root = SVGBackend::new(file, (960, 480)).into_drawing_area();
+    let mut picture = String::new();
+    let root = SVGBackend::with_string(&mut picture, (960, 480)).into_drawing_area();
     root.fill(&WHITE)?;
     let mut chart = ChartBuilder::on(&root)
         .caption(
@@ -154,5 +152,13 @@ fn draw(file: &Path, sections: &[Section], bands: &[[f64; 3]]) -> Result<(), Box
     let median = places().zip(bands).map(|(far, band)| (far, band[1]));
     chart.draw_series(LineSeries::new(median, BLACK.stroke_width(2)))?;
     root.present()?;
+    drop(chart);
+    drop(root);
+    // Whole or not at all.
+    let folder = file.parent().unwrap_or(Path::new(""));
+    std::fs::create_dir_all(folder)?;
+    let mut draft = tempfile::NamedTempFile::new_in(folder)?;
+    draft.write_all(picture.as_bytes())?;
+    draft.persist(file)?;
     Ok(())
 }

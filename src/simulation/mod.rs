@@ -17,6 +17,8 @@ mod columns;
 pub mod constants;
 mod error;
 mod events;
+#[cfg(test)]
+mod fixtures;
 mod history;
 mod hot_spot;
 pub mod laws;

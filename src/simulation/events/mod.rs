@@ -22,7 +22,7 @@ mod place;
 pub use log::{EventFailure, EventLog, EventRecord};
 pub use place::LatLon;
 
-use super::{error::TectonicError, sub_plate::PlateId};
+use super::{error::TectonicError, recipe, sub_plate::PlateId};
 use bevy::prelude::*;
 use core::ops::RangeInclusive;
 use glam::DVec3;
@@ -310,15 +310,8 @@ fn within<T: PartialOrd + core::fmt::Display>(
     range: RangeInclusive<T>,
     unit: &str,
 ) -> Result<(), TectonicError> {
-    if range.contains(&value) {
-        return Ok(());
-    }
     let dot = if path.is_empty() { "" } else { "." };
-    Err(TectonicError::Recipe {
-        field: format!("{path}{dot}{field}"),
-        value: value.to_string(),
-        allowed: format!("between {} and {}{unit}", range.start(), range.end()),
-    })
+    recipe::within(&format!("{path}{dot}{field}"), value, range, unit)
 }
 
 /// Rotation to which an event holds a plate; a component of the plate. Whatever drives plates, this is

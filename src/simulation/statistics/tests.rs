@@ -2,7 +2,7 @@
 //! that has grown.
 
 use super::*;
-use crate::simulation::History;
+use crate::simulation::{History, fixtures::even_mesh};
 use core::f64::consts::PI;
 use core::ops::ControlFlow;
 use glam::DVec3;
@@ -44,14 +44,7 @@ fn band(site: DVec3, shares: &[f64]) -> usize {
 /// A world of so many even cells at 100 My; plate n turns by the rotation n − 1.
 fn world(cells: u32, rotations: &[DVec3], cell: impl Fn(DVec3) -> Cell) -> World {
     let recipe = Recipe::default().with_sub_plates(cells);
-    let golden = PI * (3.0 - 5.0_f64.sqrt());
-    let sites = (0..cells).map(|i| {
-        let z = 1.0 - 2.0 * (f64::from(i) + 0.5) / f64::from(cells);
-        let (sin, cos) = libm::sincos(golden * f64::from(i));
-        let ring = (1.0 - z * z).sqrt();
-        DVec3::new(ring * cos, ring * sin, z)
-    });
-    let mesh = SphereMesh::<EdgeState>::build(sites.collect()).unwrap();
+    let mesh = even_mesh::<EdgeState>(cells);
     let mut world = World::new();
     let rows: Vec<_> = mesh
         .sites()

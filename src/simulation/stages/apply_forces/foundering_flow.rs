@@ -185,19 +185,7 @@ pub(in crate::simulation) fn mean_rotations(
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn sphere(n: u32) -> SphereMesh<()> {
-        let golden = core::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
-        let sites = (0..n)
-            .map(|i| {
-                let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(n);
-                let r = (1.0 - z * z).sqrt();
-                let (sin, cos) = libm::sincos(golden * f64::from(i));
-                DVec3::new(r * cos, r * sin, z)
-            })
-            .collect();
-        SphereMesh::build(sites).unwrap()
-    }
+    use crate::simulation::fixtures::even_mesh;
 
     #[test]
     fn floor_founders_once_it_is_denser_than_the_mantle() {
@@ -218,7 +206,7 @@ mod tests {
         let (length, steps) = (0.5, DIFFUSION_STEPS as f64);
         let expected = libm::pow(1.0 + 2.0 * length * length / steps, -steps);
         for n in [500, 4000] {
-            let mesh = sphere(n);
+            let mesh = even_mesh::<()>(n);
             let mut field: Vec<f64> = mesh.sites().iter().map(|site| site.z).collect();
             diffuse(&mesh, &mut field, length);
             let slopes = gradient(&mesh, &field);

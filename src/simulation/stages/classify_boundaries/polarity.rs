@@ -164,7 +164,7 @@ fn stretches(mesh: &SphereMesh<EdgeState>, fronts: &[Front]) -> Vec<Option<usize
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simulation::streams::{self, Purpose};
+    use crate::simulation::fixtures::random_mesh;
     use bevy::utils::default;
     use glam::DVec3;
 
@@ -183,9 +183,7 @@ mod tests {
     const SOUTH: PlateId = PlateId(2);
 
     fn world() -> World {
-        let mut rng = streams::stream(1, Purpose::Points, 0, 0);
-        let sites = (0..3000).map(|_| streams::direction(&mut rng)).collect();
-        let mesh = SphereMesh::<EdgeState>::build(sites).unwrap();
+        let mesh = random_mesh::<EdgeState>(3000);
         let plate: Vec<PlateId> = mesh
             .sites()
             .iter()

@@ -285,6 +285,7 @@ pub(in crate::simulation) fn break_plate(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simulation::fixtures::random_mesh;
 
     #[test]
     fn a_tear_runs_at_its_pace_until_it_stalls() {
@@ -302,9 +303,7 @@ mod tests {
     #[test]
     fn cuts_share_out_every_sub_plate_and_begin_at_the_cut() {
         let recipe = Recipe::earth_like(3).with_sub_plates(800);
-        let mut rng = streams::stream(1, Purpose::Points, 0, 0);
-        let sites = (0..800).map(|_| streams::direction(&mut rng)).collect();
-        let mesh = SphereMesh::<EdgeState>::build(sites).unwrap();
+        let mesh = random_mesh::<EdgeState>(800);
         let members: Vec<usize> = (0..800).filter(|&v| mesh.site(v as u32).z > 0.0).collect();
         let mut counts = [0; 5];
         for number in 0..60 {

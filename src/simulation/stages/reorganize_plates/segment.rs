@@ -267,24 +267,12 @@ impl<E: EdgePayload> Brush<'_, E> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn sphere(n: u32) -> SphereMesh<()> {
-        let golden = core::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
-        let sites = (0..n)
-            .map(|i| {
-                let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(n);
-                let r = (1.0 - z * z).sqrt();
-                let (sin, cos) = libm::sincos(golden * f64::from(i));
-                DVec3::new(r * cos, r * sin, z)
-            })
-            .collect();
-        SphereMesh::build(sites).unwrap()
-    }
+    use crate::simulation::fixtures::even_mesh;
 
     #[test]
     fn two_streams_make_two_plates_on_any_mesh() {
         for n in [1_000, 4_000] {
-            let mesh = sphere(n);
+            let mesh = even_mesh::<()>(n);
             let recipe = Recipe::default().with_sub_plates(n);
             // North of the equator about z, south of it the other way round, somewhat slower.
             let flow: Vec<DVec3> = mesh
@@ -306,7 +294,7 @@ mod tests {
 
     #[test]
     fn a_mantle_at_rest_makes_no_plates() {
-        let mesh = sphere(500);
+        let mesh = even_mesh::<()>(500);
         let recipe = Recipe::default().with_sub_plates(500);
         let flow = vec![DVec3::ZERO; 500];
         assert_eq!(Segments::cut(&recipe, &mesh, &flow, |_| 1e6).count, 0);
@@ -314,7 +302,7 @@ mod tests {
 
     #[test]
     fn opening_cuts_necks_and_closing_fills_bays() {
-        let mesh = sphere(4_000);
+        let mesh = even_mesh::<()>(4_000);
         let brush = Brush {
             mesh: &mesh,
             radius_km: 6371.0,

@@ -65,13 +65,11 @@ pub(super) fn raise(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simulation::streams::{self, Purpose};
+    use crate::simulation::fixtures::random_mesh;
 
     #[test]
     fn the_surge_is_highest_at_the_terrane_and_booked() {
-        let mut rng = streams::stream(1, Purpose::Points, 0, 0);
-        let sites = (0..2000).map(|_| streams::direction(&mut rng)).collect();
-        let mesh = SphereMesh::<EdgeState>::build(sites).unwrap();
+        let mesh = random_mesh::<EdgeState>(2000);
         let mut recipe = Recipe::earth_like(1).with_sub_plates(2000);
         recipe.plates = 10;
         let crust: Vec<Crust> = mesh

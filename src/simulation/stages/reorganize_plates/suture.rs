@@ -256,13 +256,11 @@ impl Terrane {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simulation::streams::{self, Purpose};
+    use crate::simulation::fixtures::random_mesh;
 
     #[test]
     fn the_terrane_is_the_continent_at_the_front() {
-        let mut rng = streams::stream(1, Purpose::Points, 0, 0);
-        let sites = (0..2000).map(|_| streams::direction(&mut rng)).collect();
-        let mesh = SphereMesh::<EdgeState>::build(sites).unwrap();
+        let mesh = random_mesh::<EdgeState>(2000);
         // Two plates, east and west of the plane y = 0. The eastern one has a continent at the front
         // and another far from it; the western one is all continent.
         let plate: Vec<PlateId> = mesh
