@@ -3,7 +3,6 @@
 
 use super::*;
 use crate::simulation::{History, fixtures::even_mesh};
-use core::f64::consts::PI;
 use core::ops::ControlFlow;
 use glam::DVec3;
 
