@@ -386,7 +386,8 @@ constants! {
         arc_oceanic = 0.3 in 0.0..=1.0 "",
         /// Thickness at which an oceanic arc becomes continental crust.
         arc_accretion = 18.0 in 10.0..=40.0 "km",
-        /// Feedback of the continental volume on arc magmatism, so that continents neither grow nor shrink for ever.
+        /// Feedback of the continental volume on arc magmatism, so that continents neither grow nor shrink for
+        /// ever. Where they have grown, rivers build margins out less by the same measure.
         arc_feedback = 14.0 in 0.0..=50.0 "per relative excess",
         /// Depth of a trench's axis below its plate at 40 km/My (Earth up to 5 km).
         trench_depth = 5000.0 in 0.0..=6000.0 "m",

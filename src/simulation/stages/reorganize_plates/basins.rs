@@ -7,8 +7,8 @@ use super::super::super::{
 use crate::mesh::NONE;
 use bevy::prelude::*;
 
-/// Speed at which the shores of an enclosed sea draw together, in km/My: a basin 1,000 km across is full
-/// within 100 My, as the Amerasia basin nearly is and the Caspian and the Black Sea will be.
+/// Speed of each shore of an enclosed sea, in km/My: a basin 1,000 km across is full within 100 My. No
+/// source gives one; this is what a mesh of 10,000 sub-plates was calibrated with.
 const FILL_SPEED: f64 = 5.0;
 
 /// Thickens the rim of small enclosed seas until it becomes continental crust.
