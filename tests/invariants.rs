@@ -70,6 +70,23 @@ fn grow(recipe: Recipe) {
 }
 
 #[test]
+fn a_new_planet_is_as_dry_as_its_recipe_asks() {
+    for (seed, land_share) in [(1, 0.3), (2, 0.2), (3, 0.35)] {
+        let mut recipe = Recipe::earth_like(seed).with_sub_plates(2_500);
+        recipe.land_share = land_share;
+        let found = History::new(recipe)
+            .unwrap()
+            .statistics()
+            .unwrap()
+            .land_share;
+        assert!(
+            (found - land_share).abs() < 0.01,
+            "{found} instead of {land_share}"
+        );
+    }
+}
+
+#[test]
 fn flood_fill_with_soft_margins() {
     for seed in [1, 2, 3] {
         grow(

@@ -253,19 +253,14 @@ fn rigid_plates_never_bend_and_soft_ones_do() {
     }
 }
 
-/// Two continents close at twice 30 km/My; margins take up half of that, a half on either side.
-#[test]
-fn margins_yield_where_continents_collide() {
-    let mut history = History::new(recipe(10_000)).unwrap();
-    arrange(&mut history, closing(), |_, site| {
-        if site.x > 0.5 { CONTINENT } else { SEA_FLOOR }
-    });
+/// Keeps the two plates to their motions for 100 My.
+fn hold(history: &mut History, rotations: [DVec3; 2]) {
     let world = history.world_mut();
     let mut plates = world.query::<(Entity, &Plate)>();
     let held: Vec<(Entity, HeldMotion)> = plates
         .iter(world)
         .map(|(entity, plate)| {
-            let rotation = closing()[usize::from(plate.id.0) - 1];
+            let rotation = rotations[usize::from(plate.id.0) - 1];
             let until_my = 100.0;
             (entity, HeldMotion { rotation, until_my })
         })
@@ -273,18 +268,84 @@ fn margins_yield_where_continents_collide() {
     for (entity, held) in held {
         world.entity_mut(entity).insert(held);
     }
+}
+
+/// A continent advances on a trench at 30 km/My, and its margin yields by 0.3 of that; one that the
+/// trench follows does not, however fast sea floor goes under it.
+#[test]
+fn continents_that_advance_on_a_trench_are_shortened() {
+    let retreating = [
+        DVec3::Z * (-SPEED / RADIUS),
+        DVec3::Z * (-3.0 * SPEED / RADIUS),
+    ];
+    for (rotations, expected) in [
+        ([DVec3::Z * (SPEED / RADIUS), DVec3::ZERO], 0.3 * SPEED),
+        (retreating, 0.0),
+    ] {
+        let mut recipe = recipe(10_000);
+        recipe.constants.uplift.arc_flux = 0.0;
+        recipe.constants.erosion.rate = 0.0;
+        recipe.constants.erosion.shelf_time = 500.0;
+        let mut history = History::new(recipe).unwrap();
+        arrange(&mut history, rotations, |_, site| {
+            if site.x > 0.5 && site.y < 0.0 {
+                CONTINENT
+            } else {
+                SEA_FLOOR
+            }
+        });
+        hold(&mut history, rotations);
+        run(&mut history, 8.0);
+        let moved = rotations[0].z * history.time_my();
+        let position: Vec<Position> = column(&mut history);
+        let deviation: Vec<Deviation> = column(&mut history);
+        let thickness: Vec<Thickness> = column(&mut history);
+        let crust: Vec<Crust> = column(&mut history);
+        // Away from the front in km, as the plate carries it; inward speed; thickness.
+        let margin: Vec<(f64, f64, f64)> = (0..crust.len())
+            .filter(|&v| crust[v].is_continental() && position[v].0.x > 0.75)
+            .map(|v| {
+                let at = position[v].0;
+                let east = libm::atan2(f64::from(at.y), f64::from(at.x)) - moved;
+                (-east * RADIUS, f64::from(-deviation[v].0.y), thickness[v].0)
+            })
+            .filter(|(inland, ..)| *inland < 300.0)
+            .collect();
+        assert!(margin.len() > 20);
+        let count = margin.len() as f64;
+        let inward = margin.iter().map(|of| of.1).sum::<f64>() / count;
+        let thick = margin.iter().map(|of| of.2).sum::<f64>() / count;
+        if expected > 0.0 {
+            assert!(inward > 0.25 * expected && inward <= expected, "{inward}");
+            // 70 km less of a margin of 600 km would be 39 km at best; the front row thins to a shelf.
+            assert!(thick > 35.7, "{thick}");
+        } else {
+            assert!(inward.abs() < 0.1, "{inward}");
+            assert!(thick <= 35.0, "{thick}");
+        }
+    }
+}
+
+/// Two continents close at twice 30 km/My; margins take up half of that, a half on either side.
+#[test]
+fn margins_yield_where_continents_collide() {
+    let mut history = History::new(recipe(10_000)).unwrap();
+    arrange(&mut history, closing(), |_, site| {
+        if site.x > 0.5 { CONTINENT } else { SEA_FLOOR }
+    });
+    hold(&mut history, closing());
     run(&mut history, 8.0);
     // Inward deviations by distance from the front, in km.
     let position: Vec<Position> = column(&mut history);
     let deviation: Vec<Deviation> = column(&mut history);
+    let plate: Vec<PlateId> = column(&mut history);
     let mean = |from: f64, to: f64| {
-        let band: Vec<f64> = position
-            .iter()
-            .zip(&deviation)
-            .filter(|(at, _)| at.0.x > 0.7)
-            .map(|(at, by)| (f64::from(at.0.y), f64::from(by.0.y)))
-            .filter(|(y, _)| (from..to).contains(&(y.abs() * RADIUS)))
-            .map(|(y, by)| by * y.signum())
+        let band: Vec<f64> = (0..plate.len())
+            .filter(|&v| {
+                let at = position[v].0;
+                at.x > 0.7 && (from..to).contains(&(f64::from(at.y.abs()) * RADIUS))
+            })
+            .map(|v| f64::from(deviation[v].0.y) * if plate[v] == NORTH { 1.0 } else { -1.0 })
             .collect();
         assert!(band.len() > 20);
         band.iter().sum::<f64>() / band.len() as f64
@@ -295,6 +356,41 @@ fn margins_yield_where_continents_collide() {
     assert!(front > 0.2 * SPEED && front <= 0.5 * SPEED, "{bands:?}");
     assert!(inland > 0.1 * front && inland < 0.7 * front, "{bands:?}");
     assert!(plate.abs() < 1e-3 * SPEED, "{bands:?}");
+}
+
+/// Where strips of thick crust meet strips of thin, they do not run through each other like the teeth of
+/// two combs: what juts out is crushed first.
+#[test]
+fn fronts_of_colliding_continents_stay_smooth() {
+    let mut history = History::new(recipe(10_000)).unwrap();
+    arrange(&mut history, closing(), |plate, site| {
+        let strip = (site.z * 12.0).floor().rem_euclid(2.0) == 0.0;
+        let thickness_km = if strip == (plate == NORTH) {
+            45.0
+        } else {
+            33.0
+        };
+        let ground = Ground {
+            thickness_km,
+            ..CONTINENT
+        };
+        if site.x > 0.5 { ground } else { SEA_FLOOR }
+    });
+    hold(&mut history, closing());
+    run(&mut history, 20.0);
+    let plate: Vec<PlateId> = column(&mut history);
+    let mesh = &history.world().resource::<Topology>().0;
+    let offsets: Vec<f64> = mesh
+        .edges()
+        .map(|edge| mesh.endpoints(edge))
+        .filter(|&(u, v)| plate[u as usize] != plate[v as usize] && mesh.site(u).x > 0.7)
+        .map(|(u, v)| 0.5 * (mesh.site(u).y + mesh.site(v).y) * RADIUS)
+        .collect();
+    let mean = offsets.iter().sum::<f64>() / offsets.len() as f64;
+    let spread =
+        offsets.iter().map(|y| (y - mean) * (y - mean)).sum::<f64>() / offsets.len() as f64;
+    // Cells are 226 km wide; combs spread over 210 km and more.
+    assert!(offsets.len() > 40 && spread.sqrt() < 170.0, "{spread}");
 }
 
 #[test]

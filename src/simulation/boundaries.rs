@@ -212,6 +212,23 @@ impl Boundaries {
     }
 }
 
+/// What one front does to one of its plates.
+#[derive(Debug, Clone, Copy)]
+pub struct FrontForce {
+    /// The plate.
+    pub plate: PlateId,
+    /// Unit vector to the middle of the front.
+    pub place: DVec3,
+    /// Torque about the planet's centre of all that drives and resists there, in the units of
+    /// [`DrivingTorque`](super::DrivingTorque).
+    pub torque: DVec3,
+}
+
+/// Forces at the fronts as the balance of torques left them, in steps in which plates are reorganised;
+/// empty in others, and where no balance of torques drives the plates.
+#[derive(Resource, Debug, Clone, Default)]
+pub struct FrontForces(pub Vec<FrontForce>);
+
 /// What two plates remember of each other.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Contact {

@@ -367,6 +367,9 @@ constants! {
         yield_strain = 0.03 in 0.001..=0.5 "",
         /// Share of the closing speed of continents that their margins take up by shortening.
         shortening = 0.5 in 0.0..=0.9 "of the closing speed",
+        /// Share of its own advance towards a trench by which a continent's margin is shortened (South
+        /// America: 25-30 km/My to the west, Andes 5-12 km/My).
+        cordillera = 0.3 in 0.0..=0.9 "of the advance",
         /// Time in which a deviation from rigid motion dies out at rigidity 0.
         drag = 20.0 in 0.1..=1000.0 "My",
     }
@@ -404,7 +407,7 @@ constants! {
         collapse_thickness = 44.0 in 36.0..=90.0 "km",
         /// Share of that excess that flows per My at a spacing of 226 km: ranges collapse within some
         /// 20-50 My of the end of a collision (Dewey 1988).
-        collapse_flow = 0.05 in 0.0..=1.0 "/My",
+        collapse_flow = 0.02 in 0.0..=1.0 "/My",
     }
 }
 
@@ -474,10 +477,10 @@ constants! {
         /// Speed at which it does, 40 My later, where half of the neighbours are continent; it grows
         /// with the square of the time. Embayments of old floor are buried, as the Gulf of Mexico and
         /// the Caspian are, before they grow older than any sea floor on Earth.
-        margin_growth = 0.7 in 0.0..=50.0 "km/My",
+        margin_growth = 0.5 in 0.0..=50.0 "km/My",
         /// Time in which sediment fills a basin on continental crust to its base level.
         basin_time = 15.0 in 1.0..=500.0 "My",
-        /// Time in which a margin relaxes to its shelf.
+        /// Time in which the middle of a margin relaxes to its shelf; at its edge it is shorter in proportion.
         shelf_time = 30.0 in 1.0..=500.0 "My",
     }
 }
@@ -506,8 +509,9 @@ constants! {
         rift_smallest = 0.03 in 0.005..=1.0 "of the sphere",
         /// Plates younger than this do not rift.
         rift_youngest = 30.0 in 0.0..=500.0 "My",
-        /// Rate of rifting of a plate of a tenth of the sphere without continents, per 0.3.
-        rift_rate = 0.02 in 0.0..=1.0 "/My",
+        /// Rate at which cuts are tried in a plate of a tenth of the sphere without continents, per 0.3; what is
+        /// not under tension stays whole.
+        rift_rate = 0.05 in 0.0..=1.0 "/My",
         /// Pace at which the tip of a rift runs on (South Atlantic 3,000 km in some 20 My).
         tear_pace = 150.0 in 10.0..=1.0e5 "km/My",
         /// How much warmth below hastens rifting and cold hinders it, at most.

@@ -38,7 +38,7 @@ pub(crate) mod surface;
 mod topology;
 mod workers;
 
-pub use boundaries::{Boundaries, Contact, Contacts, Front, Motion, Rift};
+pub use boundaries::{Boundaries, Contact, Contacts, Front, FrontForce, FrontForces, Motion, Rift};
 pub use clock::{Clock, Tick};
 pub use columns::Columns;
 pub use error::TectonicError;

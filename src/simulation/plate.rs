@@ -2,6 +2,7 @@
 
 use super::sub_plate::PlateId;
 use bevy::prelude::*;
+use core::ops::AddAssign;
 use glam::DVec3;
 
 /// A plate. Its entity holds what moves it; its sub-plates hold its ground.
@@ -41,6 +42,23 @@ pub struct DrivingTorque {
     pub ridge_push: DVec3,
     /// Drag of the mantle's flow at the roots of continents.
     pub mantle_drag: DVec3,
+}
+
+impl DrivingTorque {
+    /// All of them together.
+    #[must_use]
+    pub fn sum(&self) -> DVec3 {
+        self.slab_pull + self.slab_suction + self.ridge_push + self.mantle_drag
+    }
+}
+
+impl AddAssign for DrivingTorque {
+    fn add_assign(&mut self, other: Self) {
+        self.slab_pull += other.slab_pull;
+        self.slab_suction += other.slab_suction;
+        self.ridge_push += other.ridge_push;
+        self.mantle_drag += other.mantle_drag;
+    }
 }
 
 /// Ids that were never used.

@@ -1,7 +1,7 @@
 //! Plugins: one for what all stages share, one per stage, and the group of them all.
 
 use super::{
-    boundaries::{Boundaries, Contacts},
+    boundaries::{Boundaries, Contacts, FrontForces},
     clock::Clock,
     events::{EventLog, HeldMotion},
     hot_spot::HotSpot,
@@ -104,6 +104,7 @@ impl Plugin for SimulationPlugin {
             .register_type::<Mantle>()
             .init_resource::<Boundaries>()
             .init_resource::<Contacts>()
+            .init_resource::<FrontForces>()
             .init_resource::<EventLog>()
             .init_resource::<StepFailure>()
             .init_resource::<Cancellation>()
@@ -154,7 +155,11 @@ impl Plugin for ApplyEventsPlugin {
 stage!(
     /// Stage 1, see [`TectonicSystems::Refine`].
     RefinePlugin, Refine,
-    [refine::refine.pipe(record_failure), resolve_collisions::close_ranks]
+    [
+        refine::refine.pipe(record_failure),
+        resolve_collisions::close_ranks,
+        sort_rows::sort_rows,
+    ]
 );
 stage!(
     /// Stage 2, see [`TectonicSystems::ClassifyBoundaries`].

@@ -121,10 +121,13 @@ fn wear_to_base_level(
         if above > 0.0 {
             let x = 1e-3 * above;
             let mut worn = constants.rate * x * x / (x + 1.0) * time;
-            if inland.distance[v] < inland.shelf_width(v, constants) {
-                // Waves plane a margin down to its shelf.
+            let width = inland.shelf_width(v, constants);
+            if inland.distance[v] < width {
+                // Waves and short rivers plane a margin down to its shelf, from its edge inwards: narrow
+                // arcs are kept low by them.
                 let excess = above / constants.isostasy;
-                worn += (excess - worn).max(0.0) * (1.0 - libm::exp(-time / constants.shelf_time));
+                let lasts = constants.shelf_time * 2.0 * inland.distance[v] / width;
+                worn += (excess - worn).max(0.0) * (1.0 - libm::exp(-time / lasts));
             }
             // Under a deep sea the base level may lie below the foot of the crust.
             let worn = worn.min(above / constants.isostasy).min(thickness[v].0);

@@ -12,6 +12,7 @@ pub(super) mod refine;
 pub(super) mod reorganize_plates;
 pub(super) mod repair_mesh;
 pub(super) mod resolve_collisions;
+pub(super) mod sort_rows;
 pub(super) mod uplift;
 pub(super) mod wear;
 

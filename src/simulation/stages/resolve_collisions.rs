@@ -30,6 +30,10 @@ const SWEEPS: usize = 4;
 /// A collision spreads at least over this many spacings.
 const SPREAD_SPACINGS: f64 = 2.2;
 
+/// A continental sub-plate that has this much more of its neighbours on other plates than the one it meets
+/// is the one that goes.
+const JUTTING: f64 = 0.1;
+
 /// Columns that a collision reads and writes.
 pub(in crate::simulation) struct Ground<'a> {
     pub plate: &'a mut [PlateId],
@@ -234,7 +238,7 @@ impl Judge<'_> {
     }
 
     /// Who goes under of two sub-plates on different plates, and who stays.
-    fn victim(&self, ground: &Ground, a: u32, b: u32) -> Victim {
+    fn victim(&self, mesh: &SphereMesh<EdgeState>, ground: &Ground, a: u32, b: u32) -> Victim {
         let (u, v) = (a as usize, b as usize);
         let first = match (
             ground.crust[u].is_continental(),
@@ -242,7 +246,25 @@ impl Judge<'_> {
         ) {
             (false, true) => true,
             (true, false) => false,
-            (true, true) => ground.thickness[u].0 <= ground.thickness[v].0,
+            (true, true) => {
+                // What juts out is crushed from three sides: without this thick crust would win
+                // everywhere, and fronts grow into combs.
+                let jut = |v: u32| {
+                    let own = ground.plate[v as usize];
+                    let (mut foreign, mut all) = (0, 0);
+                    for w in mesh.neighbours(v) {
+                        all += 1;
+                        foreign += i32::from(ground.plate[w as usize] != own);
+                    }
+                    f64::from(foreign) / f64::from(all)
+                };
+                let difference = jut(a) - jut(b);
+                if difference.abs() > JUTTING {
+                    difference > 0.0
+                } else {
+                    ground.thickness[u].0 <= ground.thickness[v].0
+                }
+            }
             (false, false) => match self
                 .boundaries
                 .sinking((a, ground.plate[u]), (b, ground.plate[v]))
@@ -316,7 +338,7 @@ impl Judge<'_> {
                         < constants.edge_always
                             * self.relaxed(self.motion(mesh, ground.plate, a, b));
                 if inverted || crushed || closes_on(a, b, near, constants.edge) {
-                    victims.push((near, self.victim(ground, a, b)));
+                    victims.push((near, self.victim(mesh, ground, a, b)));
                 }
                 // A vertex that heads for the middle of an edge never comes close to its ends.
                 if plate[i] == plate[(i + 2) % 3] {
@@ -331,7 +353,7 @@ impl Judge<'_> {
                 let near_end = if along < 0.5 { b } else { c };
                 let height = (p - (q + side * along)).length() * radius / spacing(a, near_end);
                 if closes_on(a, near_end, height, constants.height) {
-                    victims.push((height, self.victim(ground, a, near_end)));
+                    victims.push((height, self.victim(mesh, ground, a, near_end)));
                 }
             }
         }

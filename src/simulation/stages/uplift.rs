@@ -263,6 +263,7 @@ fn flow_plateaus(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simulation::fixtures::random_mesh;
 
     #[test]
     fn a_trench_is_as_large_on_every_mesh() {
@@ -282,5 +283,49 @@ mod tests {
             .sum();
         assert!((sum - 1.0).abs() < 1e-6, "{sum}");
         assert!(arc_profile(200.0, 200.0, 520.0) > arc_profile(100.0, 200.0, 520.0));
+    }
+
+    /// One cell of 64 km among 35 km: while pressed, it flows above 55 km, later above 44 km.
+    #[test]
+    fn a_range_collapses_once_nothing_presses_it() {
+        let mut recipe = Recipe::earth_like(1).with_sub_plates(2000);
+        recipe.constants.uplift.plateau_flow = 0.02;
+        recipe.constants.uplift.collapse_flow = 0.03;
+        let topology = Topology(random_mesh(2000));
+        let crust = vec![Crust::Continental; 2000];
+        let area: Vec<_> = (0..2000_u32)
+            .map(|v| MaterialArea(f64::from(100 + v % 7)))
+            .collect();
+        let scale = FLOW_SPACING / recipe.spacing_km();
+        for (idle, share, stable) in [(false, 0.02 * 5.0, 55.0), (true, 0.03 * 5.0, 44.0)] {
+            let mut thickness = vec![Thickness(35.0); 2000];
+            thickness[9].0 = 64.0;
+            let volume = |thickness: &[Thickness]| -> f64 {
+                thickness.iter().zip(&area).map(|(t, a)| t.0 * a.0).sum()
+            };
+            let before = volume(&thickness);
+            flow_plateaus(
+                &recipe,
+                &topology,
+                5.0,
+                |_| idle,
+                &crust,
+                &area,
+                &mut thickness,
+            );
+            let expected = 64.0 - share * scale * scale * (64.0 - stable);
+            assert!(
+                (thickness[9].0 - expected).abs() < 1e-9,
+                "{}",
+                thickness[9].0
+            );
+            assert!((volume(&thickness) / before - 1.0).abs() < 1e-12);
+            assert!(
+                topology
+                    .0
+                    .neighbours(9)
+                    .all(|w| thickness[w as usize].0 > 35.0)
+            );
+        }
     }
 }

@@ -1,7 +1,8 @@
 //! Soft margins: springs hold what the boundaries bend.
 //!
 //! Where continents collide, their fronts yield by a share of the closing speed (Yggdrasill's
-//! response, with its falloff over the distance of the two ends). Springs on the edges *and cross
+//! response, with its falloff over the distance of the two ends); where a continent advances on a trench,
+//! its margin is shortened into a cordillera. Springs on the edges *and cross
 //! edges* of the margin carry that inland. They are solved as position constraints (XPBD), stable at
 //! any length of step, where explicit springs of the published stiffness would need steps of 200
 //! years; rest lengths follow slowly, so that what stays bent is bent for good.
@@ -11,8 +12,9 @@ use super::super::super::{
     clock::Clock,
     columns::Columns,
     error::TectonicError,
+    plate::{Plate, PlateBorn, PlateTable, Rotation},
     recipe::{Drive, Recipe},
-    sub_plate::{Deviation, MaterialArea, PlateId, SubPlate, Thickness},
+    sub_plate::{Crust, Deviation, MaterialArea, PlateId, SubPlate, Thickness},
     topology::{EdgeState, Topology},
 };
 use crate::mesh::{NONE, SphereMesh};
@@ -23,6 +25,8 @@ use glam::{DVec3, Vec3};
 const STILL: f64 = 0.02;
 /// Pushes below this bend nothing worth the work, in km/My.
 const LEAST_PUSH: f64 = 1.0;
+/// A cordillera yields less the nearer its margin comes to the thickness of a plateau, in km.
+const ROOM: f64 = 10.0;
 /// Ring of sub-plates that still move but lie behind every margin.
 const FAR: u32 = NONE - 1;
 /// Largest change of a cell's area in one step.
@@ -35,13 +39,20 @@ pub(in crate::simulation) fn bend_margins(
     clock: Res<Clock>,
     boundaries: Res<Boundaries>,
     mut topology: ResMut<Topology>,
+    plates: Query<(Entity, &Plate, &Rotation, &PlateBorn)>,
     mut sub_plates: Query<
-        (&PlateId, &mut Deviation, &mut Thickness, &mut MaterialArea),
+        (
+            &PlateId,
+            &Crust,
+            &mut Deviation,
+            &mut Thickness,
+            &mut MaterialArea,
+        ),
         With<SubPlate>,
     >,
 ) -> Result<(), TectonicError> {
     let mesh = &mut topology.0;
-    let (plate, mut deviation, mut thickness, mut area) =
+    let (plate, crust, mut deviation, mut thickness, mut area) =
         sub_plates.columns(mesh.vertex_count())?;
     let deviation = deviation.bypass_change_detection();
     let constants = &recipe.constants.margins;
@@ -51,7 +62,20 @@ pub(in crate::simulation) fn bend_margins(
     let radius = recipe.radius_km;
     let step = clock.step_my;
 
-    let pushes = collision_pushes(&recipe, &boundaries, mesh, plate);
+    let table = PlateTable::gather(plates.iter());
+    let mut pushes = collision_pushes(&recipe, &boundaries, mesh, plate);
+    pushes.extend(cordillera_pushes(
+        &recipe,
+        &boundaries,
+        &table,
+        crust,
+        thickness.bypass_change_detection(),
+    ));
+    pushes.sort_by(|a, b| {
+        a.0.cmp(&b.0)
+            .then(b.1.length_squared().total_cmp(&a.1.length_squared()))
+    });
+    pushes.dedup_by_key(|(vertex, _)| *vertex);
     let margin = Margin::around(&recipe, mesh, plate, deviation, &pushes);
     if margin.vertices.is_empty() {
         return Ok(());
@@ -81,7 +105,7 @@ pub(in crate::simulation) fn bend_margins(
     let strains: Vec<f64> = margin
         .vertices
         .iter()
-        .map(|&v| margin.strain(mesh, &shift, v))
+        .map(|&v| margin.strain(mesh, plate, &shift, v))
         .collect();
     let (thickness, area) = (
         thickness.bypass_change_detection(),
@@ -128,11 +152,45 @@ fn collision_pushes(
             }
         }
     }
-    pushes.sort_by(|a, b| {
-        a.0.cmp(&b.0)
-            .then(b.1.length_squared().total_cmp(&a.1.length_squared()))
-    });
-    pushes.dedup_by_key(|(vertex, _)| *vertex);
+    pushes
+}
+
+/// Speeds in km/My with which continents yield over a trench that they advance on, inward, by vertex
+/// (Heuret & Lallemand 2005: what strains an overriding plate is its own motion towards the trench).
+fn cordillera_pushes(
+    recipe: &Recipe,
+    boundaries: &Boundaries,
+    table: &PlateTable,
+    crust: &[Crust],
+    thickness: &[Thickness],
+) -> Vec<(u32, DVec3)> {
+    let constants = &recipe.constants.margins;
+    let highest = recipe.constants.uplift.plateau_thickness;
+    let mut pushes = Vec::new();
+    for front in &boundaries.fronts {
+        let (Some(under), true) = (front.under, front.opening < 0.0) else {
+            continue;
+        };
+        let over = 1 - under;
+        let vertex = front.vertices[over] as usize;
+        if front.continental || !crust[vertex].is_continental() {
+            continue;
+        }
+        // From the overriding plate to the trench.
+        let seaward = if over == 0 {
+            front.direction
+        } else {
+            -front.direction
+        };
+        let motion = table.rotation(front.plates[over]).cross(front.midpoint) * recipe.radius_km;
+        let advance = motion.dot(seaward).min(-front.opening);
+        // A plateau that has grown as high as it can stand passes the push on, and it dies out.
+        let room = ((highest - thickness[vertex].0) / ROOM).clamp(0.0, 1.0);
+        let speed = constants.cordillera * advance * room;
+        if speed >= LEAST_PUSH {
+            pushes.push((vertex as u32, -seaward * speed));
+        }
+    }
     pushes
 }
 
@@ -296,12 +354,25 @@ impl Margin {
         }
     }
 
-    /// Relative growth of the triangles around a vertex under the displacements.
-    fn strain(&self, mesh: &SphereMesh<EdgeState>, shift: &[DVec3], v: u32) -> f64 {
+    /// Relative growth of the triangles of its plate around a vertex under the displacements: what lies
+    /// beyond a front is not its ground.
+    fn strain(
+        &self,
+        mesh: &SphereMesh<EdgeState>,
+        plate: &[PlateId],
+        shift: &[DVec3],
+        v: u32,
+    ) -> f64 {
         let moved = |w: u32| mesh.site(w) + self.place(w).map_or(DVec3::ZERO, |place| shift[place]);
         let (mut before, mut after) = (0.0, 0.0);
         for h in mesh.outgoing(v) {
             let [a, b, c] = mesh.triangle_vertices(h);
+            if [a, b, c]
+                .iter()
+                .any(|&w| plate[w as usize] != plate[v as usize])
+            {
+                continue;
+            }
             let area = |a: DVec3, b: DVec3, c: DVec3| (b - a).cross(c - a).length();
             before += area(mesh.site(a), mesh.site(b), mesh.site(c));
             after += area(moved(a), moved(b), moved(c));

@@ -7,6 +7,7 @@
 //! keep ([`prescribed`]). Springs hold the soft margins ([`margins`]). Each is a system of its own in
 //! [`TectonicSystems::ApplyForces`](super::super::TectonicSystems).
 
+pub(in crate::simulation) mod drag;
 pub(in crate::simulation) mod foundering;
 pub(in crate::simulation) mod foundering_flow;
 pub(in crate::simulation) mod mantle;

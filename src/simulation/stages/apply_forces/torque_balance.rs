@@ -10,17 +10,20 @@
 //! symmetric and positive definite, and solved by Cholesky's method. Treating the fronts' friction
 //! implicitly is what keeps collisions from ringing.
 
-use super::super::super::{
-    boundaries::{Boundaries, Contacts, Front},
-    clock::Clock,
-    columns::Columns,
-    error::TectonicError,
-    plate::{DrivingTorque, Plate, PlateBorn, PlateTable, Rotation},
-    recipe::Recipe,
-    stages::Mantle,
-    sub_plate::{Created, Crust, MaterialArea, PlateId, Slab, SubPlate},
-    topology::Topology,
-    workers::Workers,
+use super::{
+    super::super::{
+        boundaries::{Boundaries, Contacts, Front, FrontForce, FrontForces},
+        clock::Clock,
+        columns::Columns,
+        error::TectonicError,
+        plate::{DrivingTorque, Plate, PlateBorn, PlateTable, Rotation},
+        recipe::Recipe,
+        stages::Mantle,
+        sub_plate::{Created, Crust, MaterialArea, PlateId, Slab, SubPlate},
+        topology::Topology,
+        workers::Workers,
+    },
+    drag::Drag,
 };
 use bevy::prelude::*;
 use glam::{DMat3, DVec3};
@@ -35,9 +38,6 @@ const RIDGE_FULL: f64 = 5.0;
 const COLLISION_FIRST: f64 = 0.15;
 /// Largest growth of the resistance of a collision.
 const COLLISION_MOST: f64 = 3.0;
-/// Added to each plate's drag, as a share of its trace: a plate of a few cells cannot balance its
-/// spin about its own centre.
-const SPIN_DRAG: f64 = 0.02;
 
 /// Turns the plates towards the rotations that balance all torques.
 pub(in crate::simulation) fn balance_torques(
@@ -48,6 +48,7 @@ pub(in crate::simulation) fn balance_torques(
     contacts: Res<Contacts>,
     mantle: Res<Mantle>,
     topology: Res<Topology>,
+    mut forces: ResMut<FrontForces>,
     mut plates: Query<(
         Entity,
         &Plate,
@@ -69,45 +70,31 @@ pub(in crate::simulation) fn balance_torques(
     let count = table.rows().len();
     let mut system = System::new(count);
     let mut torques = vec![DrivingTorque::default(); count];
-    for (i, (drag, roots)) in
-        drag_tensors(&workers, &recipe, mesh.sites(), plate, crust, area, &table)
-            .into_iter()
-            .enumerate()
-    {
-        torques[i].mantle_drag =
-            mantle.torque(roots.first, roots.second) * recipe.constants.mantle.speed;
-        let spin = SPIN_DRAG * (drag.x_axis.x + drag.y_axis.y + drag.z_axis.z);
-        system.add(
-            i,
-            i,
-            drag + DMat3::from_diagonal(DVec3::splat(spin.max(1.0))),
-        );
+    let drags = Drag::of_plates(&workers, mesh.sites(), plate, crust, area, &table);
+    for (i, drag) in drags.iter().enumerate() {
+        torques[i].mantle_drag = drag.pull(&mantle, &recipe);
+        system.add(i, i, drag.resistance(&recipe));
     }
+    let mut holds = Vec::with_capacity(boundaries.fronts.len());
     for front in &boundaries.fronts {
         let (Some(i), Some(j)) = (table.row(front.plates[0]), table.row(front.plates[1])) else {
             continue;
         };
-        let pair = [i, j];
         let held = contacts.holds(front, clock.time_my, &recipe);
-        if !held {
-            drive(
-                front,
-                pair,
-                &recipe,
-                &clock,
-                &contacts,
-                created,
-                slab,
-                &mut torques,
-            );
-        }
+        let driven = if held {
+            [DrivingTorque::default(); 2]
+        } else {
+            drive(front, &recipe, &clock, &contacts, created, slab)
+        };
+        torques[i] += driven[0];
+        torques[j] += driven[1];
         let along = front.midpoint.cross(front.direction);
         let sliding = if held {
             constants.untorn
         } else {
             constants.friction
         };
-        system.couple(i, j, front.midpoint.cross(along), sliding * front.length);
+        let sliding = (front.midpoint.cross(along), sliding * front.length);
         let across = if held {
             constants.untorn
         } else if front.opening >= 0.0 {
@@ -122,15 +109,36 @@ pub(in crate::simulation) fn balance_torques(
         } else {
             constants.friction
         };
-        system.couple(i, j, along, across * front.length);
+        let across = (along, across * front.length);
+        for (q, strength) in [sliding, across] {
+            system.couple(i, j, q, strength);
+        }
+        holds.push((front, [i, j], driven, [sliding, across]));
     }
     for (i, torque) in torques.iter().enumerate() {
-        let sum = torque.slab_pull + torque.slab_suction + torque.ridge_push + torque.mantle_drag;
-        system.load(i, sum / recipe.radius_km);
+        system.load(i, torque.sum() / recipe.radius_km);
     }
     let target = system.solve().ok_or(TectonicError::TorqueBalance {
         time_my: clock.time_my,
     })?;
+
+    forces.0.clear();
+    if clock.reorganisation.due().is_some() {
+        for (front, rows, driven, couples) in holds {
+            let turn = target[rows[0]] - target[rows[1]];
+            let resisted: DVec3 = couples
+                .map(|(q, strength)| q * (strength * q.dot(turn)))
+                .iter()
+                .sum();
+            for (end, sign) in [-1.0, 1.0].into_iter().enumerate() {
+                forces.0.push(FrontForce {
+                    plate: front.plates[end],
+                    place: front.midpoint,
+                    torque: driven[end].sum() + resisted * (sign * recipe.radius_km),
+                });
+            }
+        }
+    }
 
     let share = 1.0 - libm::exp(-clock.step_my / constants.response);
     for (row, plate) in table.rows().iter().enumerate() {
@@ -142,19 +150,18 @@ pub(in crate::simulation) fn balance_torques(
     Ok(())
 }
 
-/// Adds the driving forces of one front to the torques of its two plates.
+/// Torques of the driving forces of one front on its two plates.
 fn drive(
     front: &Front,
-    rows: [usize; 2],
     recipe: &Recipe,
     clock: &Clock,
     contacts: &Contacts,
     created: &[Created],
     slab: &[Slab],
-    torques: &mut [DrivingTorque],
-) {
+) -> [DrivingTorque; 2] {
     let constants = &recipe.constants.motion;
     let turn = front.midpoint.cross(front.normal);
+    let mut torques = [DrivingTorque::default(); 2];
     if front.opening > 0.0 {
         let young = contacts
             .get(front.plates[0], front.plates[1])
@@ -162,8 +169,8 @@ fn drive(
             .is_some_and(|rift| clock.time_my - rift.began_my < constants.rift_push_time);
         let push = constants.ridge_push * (front.opening / RIDGE_FULL).min(1.0)
             + if young { constants.rift_push } else { 0.0 };
-        torques[rows[0]].ridge_push -= turn * push;
-        torques[rows[1]].ridge_push += turn * push;
+        torques[0].ridge_push = -turn * push;
+        torques[1].ridge_push = turn * push;
     }
     if let Some(under) = front.under {
         let over = 1 - under;
@@ -172,86 +179,10 @@ fn drive(
         let strength = (age.clamp(0.0, SLAB_OLDEST) / SLAB_AGE).sqrt() * hanging.min(1.0);
         // Towards the trench, seen from each side.
         let towards = |end: usize| if end == 0 { turn } else { -turn };
-        torques[rows[under]].slab_pull += towards(under) * (constants.slab_pull * strength);
-        torques[rows[over]].slab_suction += towards(over) * (constants.slab_suction * strength);
+        torques[under].slab_pull = towards(under) * (constants.slab_pull * strength);
+        torques[over].slab_suction = towards(over) * (constants.slab_suction * strength);
     }
-}
-
-/// Moments of what drags at a plate: weights, and those times the place once and twice.
-#[derive(Debug, Clone, Copy)]
-struct Moments {
-    zeroth: f64,
-    first: DVec3,
-    second: DMat3,
-}
-
-impl Moments {
-    const NONE: Self = Self {
-        zeroth: 0.0,
-        first: DVec3::ZERO,
-        second: DMat3::ZERO,
-    };
-
-    fn add(&mut self, weight: f64, site: DVec3) {
-        let weighted = site * weight;
-        self.zeroth += weight;
-        self.first += weighted;
-        self.second.x_axis += weighted * site.x;
-        self.second.y_axis += weighted * site.y;
-        self.second.z_axis += weighted * site.z;
-    }
-
-    fn join(&mut self, other: &Self) {
-        self.zeroth += other.zeroth;
-        self.first += other.first;
-        self.second += other.second;
-    }
-}
-
-/// `Σ c a (I − r rᵀ)` of every plate, and the moments `Σ c a …` of its continents' roots.
-fn drag_tensors(
-    workers: &Workers,
-    recipe: &Recipe,
-    sites: &[DVec3],
-    plate: &[PlateId],
-    crust: &[Crust],
-    area: &[MaterialArea],
-    table: &PlateTable,
-) -> Vec<(DMat3, Moments)> {
-    let constants = &recipe.constants.motion;
-    // Per plate: sea floor, continents.
-    let none = [Moments::NONE; 2];
-    let parts = workers.map(plate.len(), |range| {
-        let mut sums = vec![none; table.rows().len()];
-        for v in range {
-            if let Some(row) = table.row(plate[v]) {
-                let kind = usize::from(crust[v].is_continental());
-                sums[row][kind].add(area[v].0, sites[v]);
-            }
-        }
-        sums
-    });
-    // Added up in the order of the rows, whoever summed them.
-    let mut sums = vec![none; table.rows().len()];
-    for part in parts {
-        for (sum, part) in sums.iter_mut().zip(part) {
-            sum[0].join(&part[0]);
-            sum[1].join(&part[1]);
-        }
-    }
-    let resists = |of: &Moments| DMat3::IDENTITY * of.zeroth - of.second;
-    sums.into_iter()
-        .map(|[floor, roots]| {
-            let drag = constants.continent_drag;
-            let tensor = resists(&floor) * constants.ocean_drag + resists(&roots) * drag;
-            let roots = Moments {
-                zeroth: roots.zeroth * drag,
-                first: roots.first * drag,
-                second: roots.second * drag,
-            };
-            (tensor, roots)
-        })
-        .collect()
+    torques
 }
 
 /// A dense symmetric system of three unknowns per plate, of which the lower half is kept.

@@ -1,12 +1,13 @@
 //! Stage 10: plates join, break, and start to sink.
 //!
 //! One file per event: [`fronts`] smooths ragged boundaries, [`suture`] welds continents that have
-//! stopped closing, [`rift`] breaks large plates, [`founder`] lets old sea floor sink at its margin,
+//! stopped closing, [`rift`] breaks large plates along a [`cut`] that is under [`tension`], [`founder`] lets old sea floor sink at its margin,
 //! [`segment`] cuts the mantle's flow into plates where that drives them, [`basins`] fills enclosed
 //! seas, and [`splinters`] absorbs what any of them cut off. Splinters are looked for in every step in
 //! which something may have been cut, the rest at the pace of the reorganisation clock.
 
 pub(in crate::simulation) mod basins;
+mod cut;
 pub(in crate::simulation) mod founder;
 pub(in crate::simulation) mod fronts;
 pub(in crate::simulation) mod rift;
@@ -14,6 +15,7 @@ pub(in crate::simulation) mod segment;
 pub(in crate::simulation) mod splinters;
 mod surge;
 pub(in crate::simulation) mod suture;
+mod tension;
 
 use super::super::{
     plate::PlateTable,

@@ -1,14 +1,14 @@
 //! Large plates break, continents first (Cortial et al. 2019: a Poisson process).
 //!
-//! A plate breaks into two to four pieces, cells of random places on its continents under
-//! noise-warped distance. The pieces are plates at once, but stay welded wherever the tear has not
-//! passed yet: it runs from one end of the cut, or outwards from the place where three pieces meet,
-//! and some rifts in two stall. What stalls becomes one plate again in [`suture`](super::suture), with
-//! a basin of stretched crust where it had begun to part.
+//! A plate breaks into two to four pieces ([`cut`](super::cut)), if all that acts on them would part
+//! them ([`tension`](super::tension)): pieces that are pressed together stay one. They are plates at
+//! once, but stay welded wherever the tear has not passed yet, and some rifts in two stall. What stalls
+//! becomes one plate again in [`suture`](super::suture), with a basin of stretched crust where it had
+//! begun to part.
 
 use super::{
     super::super::{
-        boundaries::{Contact, Contacts, Rift},
+        boundaries::{Contact, Contacts, FrontForces, Rift},
         clock::Clock,
         columns::Columns,
         error::TectonicError,
@@ -17,35 +17,27 @@ use super::{
         stages::Mantle,
         streams::{self, Purpose},
         sub_plate::{Crust, MaterialArea, PlateId, SubPlate},
-        topology::{EdgeState, Topology},
+        topology::Topology,
     },
-    Outline, Splits, plate_areas,
+    Splits,
+    cut::Cut,
+    plate_areas,
+    tension::Tension,
 };
-use crate::mesh::SphereMesh;
 use bevy::prelude::*;
 use glam::DVec3;
-use rand_chacha::ChaCha8Rng;
 
-/// Places among which each further centre of a piece is chosen, the farthest from those before.
-const TRIES: usize = 6;
-/// Amplitude of the rift's wriggle, as a share of the distance between the first two centres.
-const WARP: f64 = 0.25;
 /// A tenth of the sphere, for which the rate is stated.
 const NOMINAL_SHARE: f64 = 0.1;
 /// The rate grows at most this much when there are few plates.
 const MOST_URGENT: f64 = 4.0;
-/// Chances of three and of four pieces: plumes break continents in three arms, rarely more.
-const THREE_PIECES: f64 = 0.22;
-const FOUR_PIECES: f64 = 0.08;
-/// Share of its cut after which a failing rift stalls.
-const STALLS: core::ops::Range<f64> = 0.3..0.7;
-
 /// Breaks plates, more often where they are large, continental and warmed from below.
 pub(in crate::simulation) fn rift(
     mut commands: Commands,
     recipe: Res<Recipe>,
     clock: Res<Clock>,
     mantle: Res<Mantle>,
+    forces: Res<FrontForces>,
     topology: Res<Topology>,
     mut contacts: ResMut<Contacts>,
     mut next: ResMut<NextPlateId>,
@@ -90,7 +82,20 @@ pub(in crate::simulation) fn rift(
             continue;
         }
         let places = if land.len() >= 2 { &land } else { &members };
-        let cut = Cut::draw(mesh, &recipe, &mut rng, &members, places);
+        let mut cut = Cut::draw(mesh, &mut rng, &members, places);
+        let tension = Tension {
+            recipe: &recipe,
+            mesh,
+            mantle: &mantle,
+            forces: &forces,
+            crust,
+            area,
+        };
+        cut.keep_what_opens(row, &tension);
+        if cut.pieces.len() < 2 {
+            continue;
+        }
+        cut.aim(mesh, &recipe, &mut rng);
         let broken = break_plate(
             &mut commands,
             row,
@@ -112,130 +117,13 @@ pub(in crate::simulation) fn rift(
     Ok(())
 }
 
-/// How a plate is to be broken.
-pub(in crate::simulation) struct Cut {
-    /// Sub-plates of each piece.
-    pub pieces: Vec<Vec<usize>>,
-    /// Where the tear begins.
-    pub from: DVec3,
-    /// Pace of the tear, in km/My.
-    pub pace: f64,
-    /// Distance from there at which it stops, in km.
-    pub stops_km: f64,
-}
-
-impl Cut {
-    /// A cut into two to four cells of random places.
-    fn draw(
-        mesh: &SphereMesh<EdgeState>,
-        recipe: &Recipe,
-        rng: &mut ChaCha8Rng,
-        members: &[usize],
-        places: &[usize],
-    ) -> Self {
-        let fate = streams::unit(rng);
-        let count = if fate < FOUR_PIECES {
-            4
-        } else if fate < FOUR_PIECES + THREE_PIECES {
-            3
-        } else {
-            2
-        };
-        let centres = centres(mesh, rng, places, count);
-        let apart = centres[0].distance(centres[1]);
-        let outlines: Vec<Outline> = centres.iter().map(|_| Outline::new(rng, 1.5)).collect();
-        let mut pieces = vec![Vec::new(); count];
-        for &v in members {
-            let site = mesh.site(v as u32);
-            let mut best = (f64::MAX, 0);
-            for (i, (centre, outline)) in centres.iter().zip(&outlines).enumerate() {
-                let far = site.distance(*centre) + WARP * apart * outline.at(site);
-                if far < best.0 {
-                    best = (far, i);
-                }
-            }
-            pieces[best.1].push(v);
-        }
-        let mut cut = Self {
-            pieces,
-            from: centres.iter().sum::<DVec3>().normalize_or(centres[0]),
-            pace: recipe.constants.plates.tear_pace,
-            stops_km: f64::INFINITY,
-        };
-        let along = cut.places(mesh);
-        let Some(&first) = along.first() else {
-            return cut;
-        };
-        // In two: from the end that lies farthest from the middle. In more: from where they meet.
-        let mut begin = first;
-        for &place in &along {
-            let nearer = place.distance(cut.from) < begin.distance(cut.from);
-            if nearer == (count > 2) {
-                begin = place;
-            }
-        }
-        cut.from = begin;
-        let length = along.iter().map(|p| p.distance(begin)).fold(0.0, f64::max) * recipe.radius_km;
-        if count == 2 && streams::unit(rng) < recipe.constants.plates.rift_failure {
-            let share = STALLS.start + (STALLS.end - STALLS.start) * streams::unit(rng);
-            cut.stops_km = share * length;
-        }
-        cut
-    }
-
-    /// Places of the sub-plates along the cut.
-    fn places(&self, mesh: &SphereMesh<EdgeState>) -> Vec<DVec3> {
-        let mut piece = vec![usize::MAX; mesh.vertex_count()];
-        for (i, members) in self.pieces.iter().enumerate() {
-            for &v in members {
-                piece[v] = i;
-            }
-        }
-        let beside = |v: &usize| {
-            mesh.neighbours(*v as u32)
-                .any(|w| piece[w as usize] != piece[*v] && piece[w as usize] != usize::MAX)
-        };
-        let members = self.pieces.iter().flatten().copied();
-        members
-            .filter(beside)
-            .map(|v| mesh.site(v as u32))
-            .collect()
-    }
-}
-
-/// Centres of the pieces: a random place, then each time the farthest of a few from those before.
-fn centres(
-    mesh: &SphereMesh<EdgeState>,
-    rng: &mut ChaCha8Rng,
-    places: &[usize],
-    count: usize,
-) -> Vec<DVec3> {
-    let mut draw = || mesh.site(places[streams::below(rng, places.len())] as u32);
-    let mut centres = vec![draw()];
-    while centres.len() < count {
-        let mut best = (-1.0, DVec3::ZERO);
-        for _ in 0..TRIES {
-            let place = draw();
-            let near = centres
-                .iter()
-                .map(|centre| centre.distance_squared(place))
-                .fold(f64::MAX, f64::min);
-            if near > best.0 {
-                best = (near, place);
-            }
-        }
-        centres.push(best.1);
-    }
-    centres
-}
-
 /// Makes plates of the pieces of a cut; the largest stays what it was. Pieces below the smallest area
 /// in km² stay with it. Whether anything was broken off.
 #[expect(
     clippy::too_many_arguments,
     reason = "all that a plate's birth touches"
 )]
-pub(in crate::simulation) fn break_plate(
+fn break_plate(
     commands: &mut Commands,
     parent: &PlateRow,
     cut: &Cut,
@@ -285,7 +173,6 @@ pub(in crate::simulation) fn break_plate(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simulation::fixtures::random_mesh;
 
     #[test]
     fn a_tear_runs_at_its_pace_until_it_stalls() {
@@ -298,31 +185,5 @@ mod tests {
         assert_eq!(rift.reach_km(110.0), 1500.0);
         rift.stops_km = 1200.0;
         assert_eq!(rift.reach_km(110.0), 1200.0);
-    }
-
-    #[test]
-    fn cuts_share_out_every_sub_plate_and_begin_at_the_cut() {
-        let recipe = Recipe::earth_like(3).with_sub_plates(800);
-        let mesh = random_mesh::<EdgeState>(800);
-        let members: Vec<usize> = (0..800).filter(|&v| mesh.site(v as u32).z > 0.0).collect();
-        let mut counts = [0; 5];
-        for number in 0..60 {
-            let mut rng = streams::stream(3, Purpose::Rift, 0, number);
-            let cut = Cut::draw(&mesh, &recipe, &mut rng, &members, &members);
-            counts[cut.pieces.len()] += 1;
-            let mut all: Vec<usize> = cut.pieces.concat();
-            all.sort_unstable();
-            assert_eq!(all, members);
-            let near = cut
-                .places(&mesh)
-                .iter()
-                .map(|p| p.distance(cut.from))
-                .fold(f64::MAX, f64::min);
-            assert!(near < 1e-12, "{near}");
-        }
-        assert!(
-            counts[2] > counts[3] && counts[3] > 0 && counts[4] > 0,
-            "{counts:?}"
-        );
     }
 }
