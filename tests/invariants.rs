@@ -42,7 +42,8 @@ fn grow(recipe: Recipe) {
         (now.land_share / start.land_share - 1.0).abs() < drift,
         "{what}"
     );
-    assert!((2.0..10.0).contains(&(now.highest_m / 1e3)), "{what}");
+    // 70 km of crust stand 5.5 km high, and the sea may have fallen.
+    assert!((2.0..7.0).contains(&(now.highest_m / 1e3)), "{what}");
     assert!(
         (now.hypsometry_500_m.iter().sum::<f64>() - 1.0).abs() < 1e-9,
         "{what}"

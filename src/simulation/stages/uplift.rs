@@ -248,14 +248,15 @@ fn flow_plateaus(
             .filter(|&w| crust[w].is_continental() && thickness[w].0 < thickness[v].0)
             .map(|w| (w, thickness[v].0 - thickness[w].0))
             .collect();
-        let drop: f64 = lower.iter().map(|(_, drop)| drop).sum();
-        if drop <= 0.0 {
+        // Filling it up by its drop, a cell takes this much: small ones take little.
+        let room: f64 = lower.iter().map(|&(w, drop)| drop * area[w].0).sum();
+        if room <= 0.0 {
             continue;
         }
-        let volume = share * excess * area[v].0;
+        let volume = (share * excess * area[v].0).min(0.5 * room);
         thickness[v].0 -= volume / area[v].0;
-        for (w, by) in lower {
-            thickness[w].0 += volume * by / drop / area[w].0;
+        for (w, drop) in lower {
+            thickness[w].0 += volume * drop / room;
         }
     }
 }

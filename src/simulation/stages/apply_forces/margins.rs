@@ -29,6 +29,8 @@ const LEAST_PUSH: f64 = 1.0;
 const ROOM: f64 = 10.0;
 /// Ring of sub-plates that still move but lie behind every margin.
 const FAR: u32 = NONE - 1;
+/// A cell that has shrunk to this share of the nominal one shrinks no further: it is about to be crushed.
+const LEAST_AREA: f64 = 0.25;
 /// Largest change of a cell's area in one step.
 const LARGEST_STRAIN: f64 = 0.05;
 
@@ -114,7 +116,8 @@ pub(in crate::simulation) fn bend_margins(
     for (&v, strain) in margin.vertices.iter().zip(strains) {
         // Volume = thickness × area stays exactly.
         let ratio = 1.0 + strain.clamp(-LARGEST_STRAIN, LARGEST_STRAIN);
-        let fits = thickness[v as usize].0 / ratio <= recipe.constants.collisions.thickest;
+        let fits = thickness[v as usize].0 / ratio <= recipe.constants.collisions.thickest
+            && area[v as usize].0 * ratio >= LEAST_AREA * recipe.cell_area_km2();
         if ratio > 1.0 || fits {
             let volume = thickness[v as usize].0 * area[v as usize].0;
             area[v as usize].0 *= ratio;
