@@ -8,7 +8,7 @@ use super::super::{
         reorganize_plates::{Splits, cut_by_flips},
         resolve_collisions::edges_around,
     },
-    sub_plate::{Deviation, PlateId, Position, SubPlate},
+    sub_plate::{Deviation, PlateId, Position, SubPlate, Velocity},
     topology::Topology,
     workers::Workers,
 };
@@ -23,10 +23,11 @@ pub(in crate::simulation) fn repair_mesh(
     workers: Res<Workers>,
     mut topology: ResMut<Topology>,
     mut splits: ResMut<Splits>,
-    mut sub_plates: Query<(&mut Position, &PlateId, &Deviation), With<SubPlate>>,
+    mut sub_plates: Query<(&mut Position, &mut Velocity, &PlateId, &mut Deviation), With<SubPlate>>,
 ) -> Result<(), TectonicError> {
     let mesh = &mut topology.0;
-    let (mut position, plate, deviation) = sub_plates.columns(mesh.vertex_count())?;
+    let (mut position, mut velocity, plate, mut deviation) =
+        sub_plates.columns(mesh.vertex_count())?;
     let failed = |source| TectonicError::Repair {
         time_my: clock.time_my,
         source,
@@ -55,10 +56,17 @@ pub(in crate::simulation) fn repair_mesh(
         .map_err(failed)?;
     if !moved.moved.is_empty() {
         let position = position.bypass_change_detection();
+        let velocity = velocity.bypass_change_detection();
+        let deviation = deviation.bypass_change_detection();
         for &v in &moved.moved {
             position[v as usize].0 = mesh.site(v).as_vec3();
             // The column is what counts: the mesh takes the rounded place.
-            mesh.set_site(v, position[v as usize].0.as_dvec3().normalize());
+            let site = position[v as usize].0.as_dvec3().normalize();
+            mesh.set_site(v, site);
+            for motion in [&mut velocity[v as usize].0, &mut deviation[v as usize].0] {
+                let along = motion.as_dvec3();
+                *motion = (along - site * site.dot(along)).as_vec3();
+            }
         }
         flips.extend(moved.flips);
         let rounded = edges_around(mesh, &moved.moved);
