@@ -28,7 +28,7 @@ use bevy::prelude::*;
 /// |---|---|
 /// | [`SimulationPlugin`] | components, resources, the [`TectonicStep`] schedule |
 /// | [`ApplyEventsPlugin`] | scripted events |
-/// | [`RefinePlugin`] | cells split and merge |
+/// | [`RefinePlugin`] | cells split and merge; rows in the order of the planet |
 /// | [`ClassifyBoundariesPlugin`] | fronts and their kinds |
 /// | [`CreateCrustPlugin`] | ridges and tearing rifts |
 /// | [`ApplyForcesPlugin`] | slabs, torque balance, soft margins |

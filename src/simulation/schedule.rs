@@ -22,7 +22,7 @@ pub enum TectonicSystems {
     First,
     /// Scripted events whose time has come.
     ApplyEvents,
-    /// Split and merge cells.
+    /// Split and merge cells, and now and then sort their rows.
     Refine,
     /// Find fronts and name their kind.
     ClassifyBoundaries,

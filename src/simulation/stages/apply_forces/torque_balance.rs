@@ -75,7 +75,9 @@ pub(in crate::simulation) fn balance_torques(
         torques[i].mantle_drag = drag.pull(&mantle, &recipe);
         system.add(i, i, drag.resistance(&recipe));
     }
-    let mut holds = Vec::with_capacity(boundaries.fronts.len());
+    // What rifts ask for, where they are about to be drawn.
+    let told = clock.reorganisation.due().is_some();
+    let mut holds = Vec::new();
     for front in &boundaries.fronts {
         let (Some(i), Some(j)) = (table.row(front.plates[0]), table.row(front.plates[1])) else {
             continue;
@@ -113,7 +115,9 @@ pub(in crate::simulation) fn balance_torques(
         for (q, strength) in [sliding, across] {
             system.couple(i, j, q, strength);
         }
-        holds.push((front, [i, j], driven, [sliding, across]));
+        if told {
+            holds.push((front, [i, j], driven, [sliding, across]));
+        }
     }
     for (i, torque) in torques.iter().enumerate() {
         system.load(i, torque.sum() / recipe.radius_km);
@@ -123,20 +127,18 @@ pub(in crate::simulation) fn balance_torques(
     })?;
 
     forces.0.clear();
-    if clock.reorganisation.due().is_some() {
-        for (front, rows, driven, couples) in holds {
-            let turn = target[rows[0]] - target[rows[1]];
-            let resisted: DVec3 = couples
-                .map(|(q, strength)| q * (strength * q.dot(turn)))
-                .iter()
-                .sum();
-            for (end, sign) in [-1.0, 1.0].into_iter().enumerate() {
-                forces.0.push(FrontForce {
-                    plate: front.plates[end],
-                    place: front.midpoint,
-                    torque: driven[end].sum() + resisted * (sign * recipe.radius_km),
-                });
-            }
+    for (front, rows, driven, couples) in holds {
+        let turn = target[rows[0]] - target[rows[1]];
+        let resisted: DVec3 = couples
+            .map(|(q, strength)| q * (strength * q.dot(turn)))
+            .iter()
+            .sum();
+        for (end, sign) in [-1.0, 1.0].into_iter().enumerate() {
+            forces.0.push(FrontForce {
+                plate: front.plates[end],
+                place: front.midpoint,
+                torque: driven[end].sum() + resisted * (sign * recipe.radius_km),
+            });
         }
     }
 

@@ -3,11 +3,9 @@
 
 use super::{
     super::super::{
-        boundaries::Front, plate::PlateRow, recipe::Recipe, streams, sub_plate::PlateId,
-        topology::EdgeState,
+        boundaries::Front, recipe::Recipe, streams, sub_plate::PlateId, topology::EdgeState,
     },
     Outline,
-    tension::Tension,
 };
 use crate::mesh::SphereMesh;
 use glam::DVec3;
@@ -95,26 +93,16 @@ impl Cut {
         best.1
     }
 
-    /// Joins pieces that would close rather than part until all that is left would open.
-    pub fn keep_what_opens(&mut self, plate: &PlateRow, tension: &Tension) {
-        while self.pieces.len() > 1 {
-            let worst = tension
-                .partings(plate, self)
-                .into_iter()
-                .min_by(|a, b| a.opening.total_cmp(&b.opening));
-            let Some(closing) = worst.filter(|worst| worst.opening <= 0.0) else {
-                return;
-            };
-            let [kept, joined] = closing.pieces;
-            let members = self.pieces.remove(joined);
-            self.pieces[kept].extend(members);
-            self.pieces[kept].sort_unstable();
-            for cell in &mut self.cells {
-                if cell.piece == joined {
-                    cell.piece = kept;
-                } else if cell.piece > joined {
-                    cell.piece -= 1;
-                }
+    /// Makes one piece of two.
+    pub fn join(&mut self, kept: usize, joined: usize) {
+        let members = self.pieces.remove(joined);
+        self.pieces[kept].extend(members);
+        self.pieces[kept].sort_unstable();
+        for cell in &mut self.cells {
+            if cell.piece == joined {
+                cell.piece = kept;
+            } else if cell.piece > joined {
+                cell.piece -= 1;
             }
         }
     }
@@ -218,7 +206,8 @@ fn centres(
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{super::tension::Tension, *};
+    use crate::simulation::plate::PlateRow;
     use crate::simulation::{
         boundaries::{FrontForce, FrontForces},
         fixtures::random_mesh,
@@ -303,7 +292,7 @@ mod tests {
             // Each moves at F / (c a), and spin drag adds a twenty-fifth: 2000 / (1.04 c · 500).
             let expected = 2.0 * pull / (1.04 * recipe.constants.motion.ocean_drag * 500.0);
             assert!((found / expected - 1.0).abs() < 0.02, "{found} {expected}");
-            cut.keep_what_opens(&row, &tension);
+            tension.keep_what_opens(&row, &mut cut);
             assert_eq!(cut.pieces.len(), if pull > 0.0 { 2 } else { 1 });
             assert_eq!(cut.piece_at(sites[1]), usize::from(pull > 0.0));
         }

@@ -91,7 +91,7 @@ pub(in crate::simulation) fn rift(
             crust,
             area,
         };
-        cut.keep_what_opens(row, &tension);
+        tension.keep_what_opens(row, &mut cut);
         if cut.pieces.len() < 2 {
             continue;
         }

@@ -39,6 +39,21 @@ pub(super) struct Parting {
 }
 
 impl Tension<'_> {
+    /// Joins pieces that would close rather than part until all that is left would open.
+    pub fn keep_what_opens(&self, plate: &PlateRow, cut: &mut Cut) {
+        while cut.pieces.len() > 1 {
+            let worst = self
+                .partings(plate, cut)
+                .into_iter()
+                .min_by(|a, b| a.opening.total_cmp(&b.opening));
+            let Some(closing) = worst.filter(|worst| worst.opening <= 0.0) else {
+                return;
+            };
+            let [kept, joined] = closing.pieces;
+            cut.join(kept, joined);
+        }
+    }
+
     /// How the neighbouring pieces of a cut through a plate would part, by the pairs' numbers. Empty
     /// where no forces are known: plates of other drives break as chance has it.
     pub fn partings(&self, plate: &PlateRow, cut: &Cut) -> Vec<Parting> {
