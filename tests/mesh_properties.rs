@@ -12,6 +12,7 @@ use common::{
 };
 use glam::DVec3;
 use proptest::prelude::*;
+use std::collections::BTreeSet;
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 32, failure_persistence: None, ..Default::default() })]
@@ -59,6 +60,43 @@ proptest! {
     }
 
     #[test]
+    fn looking_around_what_moved_finds_all_faults(seed: u64) {
+        const FLAT: f64 = 0.04;
+        let mut dice = Dice(seed);
+        let mut mesh = build(dice.directions(300));
+        // All but a few slivers are gone, and what moves is known.
+        mesh.repair_slivers(FLAT, |_| true).unwrap();
+        let before = mesh.slivers(FLAT);
+        let moved: BTreeSet<Vertex> = (0..20).map(|_| dice.below(300) as Vertex).collect();
+        for &v in &moved {
+            let site = (mesh.site(v) + 0.1 * dice.vector()).normalize();
+            mesh.set_site(v, site);
+        }
+        let moved: Vec<Vertex> = moved.into_iter().collect();
+        let (some, others) = moved.split_at(dice.below(moved.len()));
+        let [one, two] =
+            [some, others].map(|part| mesh.faults_around(part, |v| moved.contains(&v), FLAT));
+        let mut edges = [one.edges, two.edges].concat();
+        edges.sort_unstable();
+        edges.dedup();
+        prop_assert_eq!(&edges, &mesh.edges_to_repair(0..mesh.edge_slots()));
+        let small = |&h: &HalfEdge| h.min(mesh.next(h)).min(mesh.prev(h));
+        let found: BTreeSet<HalfEdge> = one.slivers.into_iter().chain(two.slivers).collect();
+        let at_moved = |h: &HalfEdge| mesh.triangle_vertices(*h).iter().any(|v| moved.contains(v));
+        let slivers = mesh.slivers(FLAT);
+        let expected: BTreeSet<HalfEdge> =
+            slivers.iter().filter(|h| at_moved(h)).map(small).collect();
+        prop_assert!(expected.is_subset(&found));
+        let elsewhere = slivers.iter().filter(|h| !at_moved(h));
+        prop_assert!(elsewhere.map(small).all(|h| before.iter().any(|b| small(b) == h)));
+
+        let mut other = mesh.clone();
+        let whole = other.repair_from(edges.clone()).unwrap();
+        prop_assert_eq!(mesh.repair_locally(edges).unwrap(), whole);
+        check(&mesh);
+    }
+
+    #[test]
     fn small_meshes_survive_collapses(seed: u64) {
         let mut dice = Dice(seed);
         let mut mesh = build(dice.directions(60));
@@ -96,9 +134,8 @@ proptest! {
             prop_assert!(triangle.iter().all(|&side| length(side) <= length(h)));
         }
         let mut other = mesh.clone();
-        let corners: Vec<Vertex> = slivers.iter().map(|&h| mesh.origin(h)).collect();
         mesh.repair_slivers(FLAT, |_| true).unwrap();
-        other.repair_slivers_among(corners, FLAT, |_| true).unwrap();
+        other.repair_slivers_from(slivers, &[], FLAT, |_| true).unwrap();
         for mesh in [mesh, other] {
             check(&mesh);
             // Random sites are crowded in places: a few slivers resist.

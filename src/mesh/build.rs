@@ -80,7 +80,7 @@ impl<E: EdgePayload> SphereMesh<E> {
             .map(|h| mesh.edge_of(h))
             .chain(blocked)
             .collect();
-        mesh.untangle(suspects, &mut Vec::new())?;
+        mesh.untangle(suspects, &mut Vec::new(), true)?;
         mesh.renumber_edges();
         Ok(mesh)
     }

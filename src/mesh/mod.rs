@@ -46,7 +46,8 @@ pub use build::BuildError;
 pub use check::MeshFault;
 pub use edit::EditError;
 pub use locate::Location;
-pub use order::hilbert_order;
+pub use order::{hilbert_key, hilbert_order, order_by_keys};
+pub use predicates::Faults;
 pub use repair::{Flip, RepairError};
 pub use sliver::SliverRepair;
 

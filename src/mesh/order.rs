@@ -4,8 +4,8 @@ use glam::DVec3;
 
 use super::{EdgePayload, SphereMesh, Vertex};
 
-/// Cells per side of a cube face.
-const RESOLUTION: u32 = 1 << 28;
+/// Cells per side of a cube face: fine enough for tens of millions of sites, and keys of all faces fit 32 bits.
+const RESOLUTION: u32 = 1 << 14;
 
 /// The cube faces in curve order: outward normal, then the axes of the face. Each face's curve runs
 /// from its corner (0, 0) to (1, 0), where the next face's begins; the tour follows a Petrie hexagon
@@ -22,17 +22,20 @@ const FACES: [[DVec3; 3]; 6] = [
 /// The indices of `directions` in the order of a closed Hilbert curve around the sphere; ties keep
 /// their order. Lengths do not matter.
 pub fn hilbert_order(directions: &[DVec3]) -> Vec<u32> {
-    let mut keyed: Vec<(u64, u32)> = directions
-        .iter()
-        .zip(0..)
-        .map(|(&direction, i)| (hilbert_key(direction), i))
-        .collect();
-    keyed.sort_unstable();
-    keyed.into_iter().map(|(_, i)| i).collect()
+    order_by_keys(directions.iter().map(|&direction| hilbert_key(direction)))
 }
 
-/// Position of a direction along the curve.
-fn hilbert_key(direction: DVec3) -> u64 {
+/// The numbers of the given keys in the order of the keys; ties keep their order.
+pub fn order_by_keys(keys: impl IntoIterator<Item = u32>) -> Vec<u32> {
+    // Key and number in one word sort twice as fast as pairs.
+    let word = |(i, key): (u32, u32)| u64::from(key) << 32 | u64::from(i);
+    let mut words: Vec<u64> = (0..).zip(keys).map(word).collect();
+    words.sort_unstable();
+    words.into_iter().map(|word| word as u32).collect()
+}
+
+/// Position of a direction along the curve of [`hilbert_order`].
+pub fn hilbert_key(direction: DVec3) -> u32 {
     let height = direction.abs().max_element();
     let face = FACES
         .iter()
@@ -43,12 +46,11 @@ fn hilbert_key(direction: DVec3) -> u64 {
         let across = 0.5 * (1.0 + direction.dot(axis) / height);
         ((across * f64::from(RESOLUTION)) as u32).min(RESOLUTION - 1)
     };
-    let area = u64::from(RESOLUTION) * u64::from(RESOLUTION);
-    face as u64 * area + along_face(cell(u), cell(v))
+    face as u32 * RESOLUTION * RESOLUTION + along_face(cell(u), cell(v))
 }
 
 /// Position of a cell along the Hilbert curve of one face.
-fn along_face(mut x: u32, mut y: u32) -> u64 {
+fn along_face(mut x: u32, mut y: u32) -> u32 {
     let mut position = 0;
     let mut side = RESOLUTION / 2;
     while side > 0 {

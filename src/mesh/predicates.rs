@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::DVec3;
 use robust::Coord3D;
 
-use super::{Edge, EdgePayload, HalfEdge, SphereMesh};
+use super::{Edge, EdgePayload, HalfEdge, SphereMesh, Vertex};
 
 /// A rounded determinant of points within the unit ball has the right sign if it is larger.
 ///
@@ -129,6 +129,52 @@ impl<E: EdgePayload> SphereMesh<E> {
         }
         found
     }
+
+    /// What a repair has to start from around some vertices, for a mesh that is sound elsewhere, and the
+    /// triangles there that are flatter than `min_ratio` (as [`slivers`](Self::slivers) finds them).
+    ///
+    /// Lists of vertices that together hold all that `unsettled` admits can be looked at in parallel;
+    /// joined in order, their edges are a queue for [`repair_from`](Self::repair_from).
+    pub fn faults_around(
+        &self,
+        vertices: &[Vertex],
+        unsettled: impl Fn(Vertex) -> bool,
+        min_ratio: f64,
+    ) -> Faults {
+        let mut faults = Faults::default();
+        for &v in vertices {
+            for h in self.outgoing(v) {
+                let (rim, back) = (self.next(h), self.prev(h));
+                let (a, b) = (self.origin(rim), self.origin(back));
+                let known = [a, b].map(&unsettled);
+                // Each edge and each triangle once: by its first vertex.
+                if !(known[0] && a < v) && !self.is_locally_delaunay(self.edge_of(h)) {
+                    faults.edges.push(self.edge_of(h));
+                }
+                if known == [false; 2] && !self.is_locally_delaunay(self.edge_of(rim)) {
+                    faults.edges.push(self.edge_of(rim));
+                }
+                if !(known[0] && a < v || known[1] && b < v) {
+                    if self.is_inverted(h) {
+                        faults.edges.extend([h, rim, back].map(|h| self.edge_of(h)));
+                    }
+                    if self.is_flatter(h, min_ratio) {
+                        faults.slivers.push(self.smallest_half_edge(h));
+                    }
+                }
+            }
+        }
+        faults
+    }
+}
+
+/// What is wrong with a part of a mesh.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Faults {
+    /// Edges that are not locally Delaunay, and the sides of inverted triangles.
+    pub edges: Vec<Edge>,
+    /// Flat triangles, each as its smallest half-edge.
+    pub slivers: Vec<HalfEdge>,
 }
 
 #[cfg(test)]

@@ -69,23 +69,40 @@ impl<E: EdgePayload> SphereMesh<E> {
     /// [`RepairError`] if the sites coincide, or do not surround the centre. The mesh is then
     /// still a triangulated surface, but not Delaunay.
     pub fn repair_from(&mut self, queue: Vec<Edge>) -> Result<Vec<Flip>, RepairError> {
+        self.repair(queue, true)
+    }
+
+    /// Like [`repair_from`](Self::repair_from) for a mesh that was sound before vertices moved by less than
+    /// the length of an edge: folds are only looked for at the given edges and at those that change, and
+    /// the sweeps of the whole mesh that end the repair of any fold are left out.
+    ///
+    /// # Errors
+    ///
+    /// See [`repair_from`](Self::repair_from).
+    pub fn repair_locally(&mut self, queue: Vec<Edge>) -> Result<Vec<Flip>, RepairError> {
+        self.repair(queue, false)
+    }
+
+    fn repair(&mut self, queue: Vec<Edge>, whole: bool) -> Result<Vec<Flip>, RepairError> {
         let mut flips = Vec::new();
-        if let Err(error) = self.untangle(queue, &mut flips) {
+        if let Err(error) = self.untangle(queue, &mut flips, whole) {
             if !self.rebuild(&mut flips) {
                 return Err(error);
             }
             // Construction normalises sites; as they are, they may differ by some close calls.
             let queue = self.edges_to_repair(0..self.edge_slots());
-            self.untangle(queue, &mut flips)?;
+            self.untangle(queue, &mut flips, true)?;
         }
         Ok(flips)
     }
 
-    /// Flips and reinserts, starting from the given edges, until the mesh is Delaunay.
+    /// Flips and reinserts, starting from the given edges, until the mesh is Delaunay; `whole` also looks for
+    /// folds beyond the edges that were given or changed.
     pub(super) fn untangle(
         &mut self,
         mut queue: Vec<Edge>,
         flips: &mut Vec<Flip>,
+        whole: bool,
     ) -> Result<(), RepairError> {
         let mut folded = self.first_inverted(&queue).is_some();
         let mut suspects = queue.clone();
@@ -100,7 +117,7 @@ impl<E: EdgePayload> SphereMesh<E> {
                 vec![a, b]
             } else if let Some(h) = self.first_inverted(&suspects) {
                 self.triangle_vertices(h).into()
-            } else if !folded {
+            } else if !(folded && whole) {
                 return Ok(());
             } else if let Some(h) = self.triangles().find(|&h| self.is_inverted(h)) {
                 // A queue for a part of the mesh leaves the folds of other parts.

@@ -39,6 +39,18 @@ impl<E: EdgePayload> SphereMesh<E> {
         (b - a).cross(c - a).length() / longest
     }
 
+    /// Whether the triangle of `h` has a [`height_ratio`](Self::height_ratio) below a limit, or nearly so.
+    #[inline]
+    pub(super) fn is_flatter(&self, h: HalfEdge, ratio: f64) -> bool {
+        let next = self.next(h);
+        let (a, b, c) = (self.start(h), self.start(next), self.start(self.next(next)));
+        let longest = a
+            .distance_squared(*b)
+            .max(b.distance_squared(*c))
+            .max(c.distance_squared(*a));
+        doubled_area_squared(a, b, c) <= SLACK * ratio * ratio * longest * longest
+    }
+
     /// The triangles whose [`height_ratio`](Self::height_ratio) is below `min_ratio`, each as its
     /// longest half-edge; in the order of [`triangles`](Self::triangles).
     pub fn slivers(&self, min_ratio: f64) -> Vec<HalfEdge> {
@@ -86,19 +98,27 @@ impl<E: EdgePayload> SphereMesh<E> {
         self.heighten_all(slivers, min_ratio, movable)
     }
 
-    /// Like [`repair_slivers`](Self::repair_slivers), but looks for slivers only among the triangles
-    /// that have one of `candidates` as a corner, and then wherever it changed something.
+    /// Like [`repair_slivers`](Self::repair_slivers), but starts from the given triangles, which may have
+    /// been flipped away or be no slivers, and looks for others only where it, or one of the flips,
+    /// changed something.
     ///
     /// # Errors
     ///
     /// [`RepairError`] as for [`repair_from`](Self::repair_from).
-    pub fn repair_slivers_among(
+    pub fn repair_slivers_from(
         &mut self,
-        candidates: impl IntoIterator<Item = Vertex>,
+        triangles: Vec<HalfEdge>,
+        flips: &[Flip],
         min_ratio: f64,
         movable: impl Fn(Vertex) -> bool,
     ) -> Result<SliverRepair, RepairError> {
-        let slivers = self.slivers_at(candidates, min_ratio);
+        let changed = flips.iter().flat_map(|flip| flip.after);
+        let mut slivers = self.slivers_at(changed, min_ratio);
+        let flat = |&h: &HalfEdge| self.is_half_edge(h) && self.height_ratio(h) < min_ratio;
+        let given = triangles.into_iter().filter(flat);
+        slivers.extend(given.map(|h| self.longest_side(h)));
+        slivers.sort_unstable();
+        slivers.dedup();
         self.heighten_all(slivers, min_ratio, movable)
     }
 
@@ -121,7 +141,7 @@ impl<E: EdgePayload> SphereMesh<E> {
                 break;
             }
             let queue = moved.iter().flat_map(|&v| self.star_edges(v)).collect();
-            let flips = self.repair_from(queue)?;
+            let flips = self.repair_locally(queue)?;
             let changed = flips
                 .iter()
                 .flat_map(|flip| flip.after)

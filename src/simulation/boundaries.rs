@@ -212,6 +212,11 @@ impl Boundaries {
     }
 }
 
+/// Vertices at fronts and around what collisions took away: the mesh beside them is no longer what the last
+/// repair left. From the collisions to the repair of one step.
+#[derive(Resource, Debug, Clone, Default)]
+pub struct Unsettled(pub Vec<u32>);
+
 /// What one front does to one of its plates.
 #[derive(Debug, Clone, Copy)]
 pub struct FrontForce {

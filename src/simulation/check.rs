@@ -166,6 +166,10 @@ fn hash_world(
     let mesh = &topology.0;
     let columns = sub_plates.columns(mesh.vertex_count())?;
     let mut hash = Xxh3::new();
+    for site in mesh.sites() {
+        let bytes = site.to_array().map(f64::to_le_bytes);
+        hash.update(bytes.as_flattened());
+    }
     let mut vector = |v: Vec3| {
         v.to_array()
             .iter()

@@ -27,6 +27,8 @@ pub struct Clock {
     pub reorganisation: Tick,
     /// Refinement.
     pub refinement: Tick,
+    /// Bending of the margins.
+    pub margins: Tick,
 }
 
 /// A slow clock: runs once its interval has gone by.
@@ -103,6 +105,8 @@ impl Clock {
             .advance(self.step_my, geology, end || events > 0);
         self.reorganisation
             .advance(self.step_my, reorganisation, false);
+        self.margins
+            .advance(self.step_my, recipe.constants.margins.interval, false);
         self.refinement
             .advance(self.step_my, recipe.constants.refine.interval, false);
     }

@@ -1,7 +1,7 @@
 //! Plugins: one for what all stages share, one per stage, and the group of them all.
 
 use super::{
-    boundaries::{Boundaries, Contacts, FrontForces},
+    boundaries::{Boundaries, Contacts, FrontForces, Unsettled},
     clock::Clock,
     events::{EventLog, HeldMotion},
     hot_spot::HotSpot,
@@ -105,6 +105,8 @@ impl Plugin for SimulationPlugin {
             .init_resource::<Boundaries>()
             .init_resource::<Contacts>()
             .init_resource::<FrontForces>()
+            .init_resource::<Unsettled>()
+            .init_resource::<SortedTable>()
             .init_resource::<EventLog>()
             .init_resource::<StepFailure>()
             .init_resource::<Cancellation>()
@@ -194,10 +196,7 @@ stage!(
 stage!(
     /// Stage 5, see [`TectonicSystems::Move`].
     MovePlugin, Move,
-    [
-        motion::move_sub_plates.pipe(record_failure),
-        motion::place_vertices.pipe(record_failure),
-    ]
+    [motion::move_sub_plates.pipe(record_failure)]
 );
 stage!(
     /// Stage 6, see [`TectonicSystems::Uplift`].

@@ -49,3 +49,35 @@ pub fn reach<E: EdgePayload>(
     }
     Reach { found }
 }
+
+/// Marks on vertices that are wiped all at once, for walks that visit a few of many again and again.
+#[derive(Debug, Clone, Default)]
+pub struct Marks {
+    round: u32,
+    marked: Vec<u32>,
+}
+
+impl Marks {
+    /// Wipes all marks, and makes room for this many vertices.
+    pub fn wipe(&mut self, count: usize) {
+        self.round = self.round.wrapping_add(1);
+        if self.round == 0 {
+            self.marked.clear();
+            self.round = 1;
+        }
+        if self.marked.len() < count {
+            self.marked.resize(count, 0);
+        }
+    }
+
+    /// Whether a vertex is marked.
+    #[must_use]
+    pub fn is_marked(&self, v: u32) -> bool {
+        self.marked[v as usize] == self.round
+    }
+
+    /// Marks a vertex; whether it was not marked before.
+    pub fn mark(&mut self, v: u32) -> bool {
+        core::mem::replace(&mut self.marked[v as usize], self.round) != self.round
+    }
+}

@@ -1,5 +1,6 @@
 //! The sub-plate: one vertex of the mesh, one entity, one row of every column.
 
+use bevy::ecs::{lifecycle::HookContext, world::DeferredWorld};
 use bevy::prelude::*;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -28,7 +29,26 @@ use serde::{Deserialize, Serialize};
     Trench,
     Volcanism
 )]
+#[component(on_add = join_table)]
 pub struct SubPlate;
+
+/// Marks all sub-plates or none: which, alternates whenever their rows are sorted.
+#[derive(Component, Debug, Clone, Copy)]
+pub(super) struct Sorted;
+
+/// Whether the sub-plates carry [`Sorted`] now.
+#[derive(Resource, Debug, Clone, Copy, Default)]
+pub(super) struct SortedTable(pub bool);
+
+/// New sub-plates go where the others are.
+fn join_table(mut world: DeferredWorld, context: HookContext) {
+    if world
+        .get_resource::<SortedTable>()
+        .is_some_and(|table| table.0)
+    {
+        world.commands().entity(context.entity).insert(Sorted);
+    }
+}
 
 /// Place on the sphere as a unit vector.
 #[derive(Component, Debug, Clone, Copy, Default, PartialEq, Reflect)]

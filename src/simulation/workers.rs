@@ -5,19 +5,19 @@ use bevy::tasks::{TaskPool, TaskPoolBuilder};
 use core::ops::Range;
 
 /// Rows of one piece of parallel work. Fixed, so that no result depends on the number of threads.
-const CHUNK: usize = 4096;
+pub const CHUNK: usize = 2048;
 
 /// Threads on which stages split their work; none by default.
 #[derive(Resource, Debug, Default)]
 pub struct Workers(Option<TaskPool>);
 
 impl Workers {
-    /// This many threads; the caller waits for them.
+    /// This many threads, the caller's among them.
     #[must_use]
     pub fn new(threads: usize) -> Self {
         Self((threads > 1).then(|| {
             TaskPoolBuilder::new()
-                .num_threads(threads)
+                .num_threads(threads - 1)
                 .thread_name("Tectonics".into())
                 .build()
         }))
@@ -30,14 +30,24 @@ impl Workers {
         work: impl Fn(Range<usize>) -> T + Sync,
     ) -> Vec<T> {
         let ranges = (0..count.div_ceil(CHUNK)).map(|i| i * CHUNK..((i + 1) * CHUNK).min(count));
+        self.run(ranges, work)
+    }
+
+    /// Works on each part and returns the results in their order. Parts of columns that are written come
+    /// from `chunks_mut` of [`CHUNK`] rows.
+    pub fn run<P: Send, T: Send + 'static>(
+        &self,
+        parts: impl ExactSizeIterator<Item = P>,
+        work: impl Fn(P) -> T + Sync,
+    ) -> Vec<T> {
         match &self.0 {
-            Some(pool) if count > CHUNK => pool.scope(|scope| {
-                for range in ranges {
+            Some(pool) if parts.len() > 1 => pool.scope(|scope| {
+                for part in parts {
                     let work = &work;
-                    scope.spawn(async move { work(range) });
+                    scope.spawn(async move { work(part) });
                 }
             }),
-            _ => ranges.map(work).collect(),
+            _ => parts.map(work).collect(),
         }
     }
 }
@@ -52,6 +62,6 @@ mod tests {
         let one = Workers::default().map(100_000, sum);
         let three = Workers::new(3).map(100_000, sum);
         assert_eq!(one, three);
-        assert_eq!(one.len(), 25);
+        assert_eq!(one.len(), 100_000_usize.div_ceil(CHUNK));
     }
 }

@@ -10,7 +10,7 @@
 //! keep the offset that the first break gave them.
 
 use super::super::{
-    boundaries::{Boundaries, Motion},
+    boundaries::{Boundaries, Contacts, Front, Motion},
     clock::Clock,
     columns::Columns,
     error::TectonicError,
@@ -24,6 +24,7 @@ use super::super::{
 use crate::mesh::{EditError, SphereMesh};
 use bevy::prelude::*;
 use glam::DVec3;
+use std::collections::BTreeMap;
 
 /// A segment is at least this many spacings long: shorter ones cannot be drawn.
 const SEGMENT_SPACINGS: f64 = 2.0;
@@ -69,6 +70,7 @@ pub(in crate::simulation) fn create_crust(
     let thickness = thickness.bypass_change_detection();
     let plates = PlateTable::gather(plates.iter());
     let gaps = find_gaps(mesh, &recipe, &boundaries, &plates, plate, area);
+    let segments = Segments::gather(&gaps, &recipe, &boundaries, &plates);
 
     let constants = &recipe.constants.ridges;
     let spacing = recipe.spacing_km();
@@ -89,7 +91,8 @@ pub(in crate::simulation) fn create_crust(
         cuts.extend(cut_by_flips(&flips, plate));
         let corners = gap.corners.map(|v| v as usize);
         let opening = gap.motion.opening > 0.0;
-        let side = ridge_side(&gap, &recipe, &boundaries, &plates, plate)
+        let side = segments
+            .side(&gap, plate)
             .filter(|_| opening)
             .unwrap_or_else(|| older_side(corners, plate, created));
         let mut child = Child {
@@ -256,57 +259,86 @@ fn opening_of(
     (mean, strike)
 }
 
-/// The corner whose plate takes new crust at a ridge of two plates: the one on the gap's side of the
-/// axis of its segment. None near the axis, and where three plates meet.
-fn ridge_side(
-    gap: &Gap,
-    recipe: &Recipe,
-    boundaries: &Boundaries,
-    plates: &PlateTable,
-    plate: &[PlateId],
-) -> Option<usize> {
-    let of = gap.corners.map(|v| plate[v as usize]);
-    let first = *of.iter().min()?;
-    let second = *of.iter().max()?;
-    if of.iter().any(|&id| id != first && id != second) {
-        return None;
+/// Opening fronts by segment: the two plates, the smaller id first, and the number of the stripe.
+struct Segments<'a> {
+    recipe: &'a Recipe,
+    plates: &'a PlateTable,
+    fronts: BTreeMap<(PlateId, PlateId, i64), Vec<&'a Front>>,
+}
+
+impl<'a> Segments<'a> {
+    /// Sorts the fronts by segment, where there are gaps to be filled.
+    fn gather(
+        gaps: &[Gap],
+        recipe: &'a Recipe,
+        boundaries: &'a Boundaries,
+        plates: &'a PlateTable,
+    ) -> Self {
+        let mut segments = Self {
+            recipe,
+            plates,
+            fronts: BTreeMap::new(),
+        };
+        if gaps.iter().all(|gap| gap.motion.opening <= 0.0) {
+            return segments;
+        }
+        let mut poles: BTreeMap<(PlateId, PlateId), DVec3> = BTreeMap::new();
+        for front in boundaries.fronts.iter().filter(|front| front.opening > 0.0) {
+            let (first, second) = Contacts::key(front.plates[0], front.plates[1]);
+            let pole = *poles
+                .entry((first, second))
+                .or_insert_with(|| segments.pole(first, second));
+            let stripe = segments.stripe(pole, front.midpoint);
+            let segment = segments.fronts.entry((first, second, stripe));
+            segment.or_default().push(front);
+        }
+        segments
     }
-    let spacing = recipe.spacing_km();
-    let length = recipe
-        .constants
-        .ridges
-        .segment
-        .max(SEGMENT_SPACINGS * spacing);
-    let pole = (plates.rotation(second) - plates.rotation(first)).normalize_or_zero();
-    let stripe = |site: DVec3| {
+
+    /// Length of a segment in km.
+    fn length(&self) -> f64 {
+        let shortest = SEGMENT_SPACINGS * self.recipe.spacing_km();
+        self.recipe.constants.ridges.segment.max(shortest)
+    }
+
+    fn pole(&self, first: PlateId, second: PlateId) -> DVec3 {
+        (self.plates.rotation(second) - self.plates.rotation(first)).normalize_or_zero()
+    }
+
+    fn stripe(&self, pole: DVec3, site: DVec3) -> i64 {
         let colatitude = libm::acos(site.dot(pole).clamp(-1.0, 1.0));
-        (colatitude * recipe.radius_km / length).floor() as i64
-    };
-    let own = stripe(gap.site);
-    let near = NEAR_SEGMENTS * length / recipe.radius_km;
-    let axis: DVec3 = boundaries
-        .fronts
-        .iter()
-        .filter(|front| {
-            let [a, b] = front.plates;
-            front.opening > 0.0
-                && a.min(b) == first
-                && a.max(b) == second
-                && front.midpoint.distance(gap.site) < near
-                && stripe(front.midpoint) == own
-        })
-        .map(|front| (front.midpoint - pole * front.midpoint.dot(pole)) * front.length)
-        .sum();
-    // The second plate moves along pole × axis.
-    let ahead = pole.cross(axis).normalize_or_zero().dot(gap.site) * recipe.radius_km;
-    if ahead.abs() < ON_AXIS * spacing {
-        return None;
+        (colatitude * self.recipe.radius_km / self.length()).floor() as i64
     }
-    let winner = if ahead > 0.0 { second } else { first };
-    gap.corners
-        .iter()
-        .map(|&v| v as usize)
-        .find(|&v| plate[v] == winner)
+
+    /// The corner whose plate takes new crust at a ridge of two plates: the one on the gap's side of the
+    /// axis of its segment. None near the axis, and where three plates meet.
+    fn side(&self, gap: &Gap, plate: &[PlateId]) -> Option<usize> {
+        let of = gap.corners.map(|v| plate[v as usize]);
+        let first = *of.iter().min()?;
+        let second = *of.iter().max()?;
+        if of.iter().any(|&id| id != first && id != second) {
+            return None;
+        }
+        let pole = self.pole(first, second);
+        let near = NEAR_SEGMENTS * self.length() / self.recipe.radius_km;
+        let axis: DVec3 = self
+            .fronts
+            .get(&(first, second, self.stripe(pole, gap.site)))?
+            .iter()
+            .filter(|front| front.midpoint.distance(gap.site) < near)
+            .map(|front| (front.midpoint - pole * front.midpoint.dot(pole)) * front.length)
+            .sum();
+        // The second plate moves along pole × axis.
+        let ahead = pole.cross(axis).normalize_or_zero().dot(gap.site) * self.recipe.radius_km;
+        if ahead.abs() < ON_AXIS * self.recipe.spacing_km() {
+            return None;
+        }
+        let winner = if ahead > 0.0 { second } else { first };
+        gap.corners
+            .iter()
+            .map(|&v| v as usize)
+            .find(|&v| plate[v] == winner)
+    }
 }
 
 /// The corner whose plate is older there: it takes the new crust, so that both flanks grow evenly.

@@ -9,7 +9,8 @@
 
 use super::super::{
     clock::Clock, columns::Columns, constants::HotSpotConstants, error::TectonicError,
-    hot_spot::HotSpot, ledger::Ledger, recipe::Recipe, sea::Sea, sub_plate::*, topology::Topology,
+    hot_spot::HotSpot, ledger::Ledger, reach::Marks, recipe::Recipe, sea::Sea, sub_plate::*,
+    topology::Topology,
 };
 use super::sea_floor_depth;
 use crate::mesh::{EdgePayload, SphereMesh};
@@ -79,11 +80,17 @@ pub(in crate::simulation) fn feed_islands(
     let constants = &recipe.constants.hot_spots;
     let radius = constants.radius.max(0.5 * recipe.spacing_km());
     let thickest = recipe.constants.collisions.thickest;
+    let mut marks = Marks::default();
     for hot_spot in hot_spots {
         // Per area, so that a chain is as high whatever the spacing.
         let most = hot_spot.flux / (core::f64::consts::TAU * constants.radius * constants.radius)
             * clock.step_my;
-        for (v, distance) in around(mesh, hot_spot.place, REACH * radius / recipe.radius_km) {
+        for (v, distance) in around(
+            mesh,
+            &mut marks,
+            hot_spot.place,
+            REACH * radius / recipe.radius_km,
+        ) {
             let v = v as usize;
             let far = distance * recipe.radius_km / radius;
             let fresh = most * libm::exp(-0.5 * far * far);
@@ -135,23 +142,33 @@ pub(in crate::simulation) fn wear_islands(
     Ok(())
 }
 
+/// Places asked before a search for the nearest one starts.
+const SAMPLES: usize = 256;
+
 /// Vertices within an angle (rad) of a place, with their distances (rad), each once.
 pub(in crate::simulation) fn around<E: EdgePayload>(
     mesh: &SphereMesh<E>,
+    marks: &mut Marks,
     place: DVec3,
     angle: f64,
 ) -> Vec<(u32, f64)> {
     let distance = |v: u32| 2.0 * libm::asin((0.5 * mesh.site(v).distance(place)).min(1.0));
-    // Always from the same vertex: a hint that is remembered would be hidden state.
-    let nearest = mesh.nearest(place, 0);
+    // A hint that is remembered would be hidden state: the nearest of some that lie everywhere.
+    let near = |&v: &u32| mesh.site(v).distance_squared(place).to_bits();
+    let every = (mesh.vertex_count() / SAMPLES).max(1);
+    let hint = (0..mesh.vertex_count() as u32)
+        .step_by(every)
+        .min_by_key(near);
+    let nearest = mesh.nearest(place, hint.unwrap_or(0));
     let mut found = vec![(nearest, distance(nearest))];
-    let mut seen = std::collections::BTreeSet::from([nearest]);
+    marks.wipe(mesh.vertex_count());
+    marks.mark(nearest);
     let mut next = 0;
     while let Some(&(v, _)) = found.get(next) {
         next += 1;
         for w in mesh.neighbours(v) {
             let far = distance(w);
-            if far <= angle && seen.insert(w) {
+            if far <= angle && marks.mark(w) {
                 found.push((w, far));
             }
         }

@@ -12,9 +12,10 @@ use super::super::{
     stages::Splits,
     sub_plate::*,
     topology::Topology,
+    workers::{CHUNK, Workers},
 };
 use bevy::prelude::*;
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec3, Mat3, Vec3};
 
 /// Rotation matrix of a turn by the length of `turn` (rad) about its direction.
 fn rotation_matrix(turn: DVec3) -> DMat3 {
@@ -33,11 +34,15 @@ fn rotation_matrix(turn: DVec3) -> DMat3 {
     DMat3::IDENTITY * cos + cross * sin + outer * (1.0 - cos)
 }
 
-/// Moves every sub-plate, and the directions it carries, by one step.
+/// Moves every sub-plate, the directions it carries and its vertex of the mesh by one step.
+///
+/// The mesh's `f64` sites are what turns, and positions are their rounded copies: rounding to `f32` in every
+/// step would break hundreds of edges of a large mesh far from every front.
 pub(in crate::simulation) fn move_sub_plates(
     recipe: Res<Recipe>,
     mut clock: ResMut<Clock>,
-    topology: Res<Topology>,
+    workers: Res<Workers>,
+    mut topology: ResMut<Topology>,
     plates: Query<(Entity, &Plate, &Rotation, &PlateBorn)>,
     mut sub_plates: Query<
         (
@@ -51,67 +56,62 @@ pub(in crate::simulation) fn move_sub_plates(
         With<SubPlate>,
     >,
 ) -> Result<(), TectonicError> {
-    let sites = topology.0.sites();
+    let sites = topology.0.sites_mut();
     let (plate, mut position, mut velocity, mut deviation, mut fold, mut ridge) =
         sub_plates.columns(sites.len())?;
-    let position = position.bypass_change_detection();
-    let velocity = velocity.bypass_change_detection();
-    let deviation = deviation.bypass_change_detection();
-    let fold = fold.bypass_change_detection();
-    let ridge = ridge.bypass_change_detection();
     let plates = PlateTable::gather(plates.iter());
-    let radius = recipe.radius_km;
+    let (radius, step) = (recipe.radius_km, clock.step_my);
     // One more for sub-plates that no plate carries.
-    let mut turns: Vec<(DVec3, DMat3, glam::Mat3)> = plates
+    let mut turns: Vec<(DVec3, DMat3, Mat3)> = plates
         .rows()
         .iter()
         .map(|plate| {
-            let matrix = rotation_matrix(plate.rotation * clock.step_my);
+            let matrix = rotation_matrix(plate.rotation * step);
             (plate.rotation, matrix, matrix.as_mat3())
         })
         .collect();
-    turns.push((DVec3::ZERO, DMat3::IDENTITY, glam::Mat3::IDENTITY));
+    turns.push((DVec3::ZERO, DMat3::IDENTITY, Mat3::IDENTITY));
 
-    let mut fastest = 0.0_f64;
-    for v in 0..sites.len() {
-        let (rotation, matrix, single) = &turns[plates.row(plate[v]).unwrap_or(turns.len() - 1)];
-        let mut place = *matrix * sites[v];
-        let bent = deviation[v].0;
-        let soft = bent != glam::Vec3::ZERO;
-        if soft {
-            let bent = *matrix * bent.as_dvec3();
-            place = (place + bent * (clock.step_my / radius)).normalize();
-            deviation[v].0 = (bent - place * place.dot(bent)).as_vec3();
-        }
-        let mut speed = rotation.cross(place) * radius;
-        if soft {
-            speed += deviation[v].0.as_dvec3();
-        }
-        fastest = fastest.max(speed.length_squared());
-        position[v].0 = place.as_vec3();
-        velocity[v].0 = speed.as_vec3();
-        for direction in [&mut fold[v].0, &mut ridge[v].0] {
-            if *direction != glam::Vec3::ZERO {
-                *direction = *single * *direction;
+    let bodies = (sites.chunks_mut(CHUNK))
+        .zip(plate.chunks(CHUNK))
+        .zip(position.bypass_change_detection().chunks_mut(CHUNK))
+        .zip(velocity.bypass_change_detection().chunks_mut(CHUNK));
+    let carried = (deviation.bypass_change_detection().chunks_mut(CHUNK))
+        .zip(fold.bypass_change_detection().chunks_mut(CHUNK))
+        .zip(ridge.bypass_change_detection().chunks_mut(CHUNK));
+    let fastest = workers.run(bodies.zip(carried), |part| {
+        let ((((sites, plate), position), velocity), ((deviation, fold), ridge)) = part;
+        let mut fastest = 0.0_f64;
+        for v in 0..sites.len() {
+            let (rotation, matrix, single) =
+                &turns[plates.row(plate[v]).unwrap_or(turns.len() - 1)];
+            let mut place = *matrix * sites[v];
+            // One step of Newton's keeps the length at 1.
+            place *= 1.5 - 0.5 * place.length_squared();
+            let bent = deviation[v].0;
+            let soft = bent != Vec3::ZERO;
+            if soft {
+                let bent = *matrix * bent.as_dvec3();
+                place = (place + bent * (step / radius)).normalize();
+                deviation[v].0 = (bent - place * place.dot(bent)).as_vec3();
+            }
+            let mut speed = rotation.cross(place) * radius;
+            if soft {
+                speed += deviation[v].0.as_dvec3();
+            }
+            fastest = fastest.max(speed.length_squared());
+            sites[v] = place;
+            position[v].0 = place.as_vec3();
+            velocity[v].0 = speed.as_vec3();
+            for direction in [&mut fold[v].0, &mut ridge[v].0] {
+                if *direction != Vec3::ZERO {
+                    *direction = *single * *direction;
+                }
             }
         }
-    }
-    clock.fastest = fastest.sqrt();
-    Ok(())
-}
-
-/// Lays the mesh's vertices where the sub-plates are.
-pub(in crate::simulation) fn place_vertices(
-    mut topology: ResMut<Topology>,
-    mut sub_plates: Query<&Position, With<SubPlate>>,
-) -> Result<(), TectonicError> {
-    let sites = topology.0.sites_mut();
-    let position = sub_plates.columns(sites.len())?;
-    for (site, position) in sites.iter_mut().zip(position) {
-        // Exact predicates need the unit vector in f64: rounding to f32 alone breaks hundreds of
-        // edges of a correct half-million mesh.
-        *site = position.0.as_dvec3().normalize();
-    }
+        fastest
+    });
+    clock.fastest = fastest.into_iter().fold(0.0, f64::max).sqrt();
     Ok(())
 }
 

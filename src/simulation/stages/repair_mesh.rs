@@ -1,13 +1,11 @@
 //! Stage 8: Delaunay by flips, slivers, Delaunay again.
 
 use super::super::{
+    boundaries::Unsettled,
     clock::Clock,
     columns::Columns,
     error::TectonicError,
-    stages::{
-        reorganize_plates::{Splits, cut_by_flips},
-        resolve_collisions::edges_around,
-    },
+    stages::reorganize_plates::{Splits, cut_by_flips},
     sub_plate::{Deviation, PlateId, Position, SubPlate, Velocity},
     topology::Topology,
     workers::Workers,
@@ -17,12 +15,13 @@ use bevy::prelude::*;
 /// Triangles flatter than this share of their longest side are slivers.
 const FLATTEST: f64 = 0.04;
 
-/// Restores the Delaunay property of the whole mesh, by exact predicates.
+/// Restores the Delaunay property, by exact predicates, wherever plates meet or bend.
 pub(in crate::simulation) fn repair_mesh(
     clock: Res<Clock>,
     workers: Res<Workers>,
     mut topology: ResMut<Topology>,
     mut splits: ResMut<Splits>,
+    mut unsettled: ResMut<Unsettled>,
     mut sub_plates: Query<(&mut Position, &mut Velocity, &PlateId, &mut Deviation), With<SubPlate>>,
 ) -> Result<(), TectonicError> {
     let mesh = &mut topology.0;
@@ -32,45 +31,50 @@ pub(in crate::simulation) fn repair_mesh(
         time_my: clock.time_my,
         source,
     };
-    // The sweep is the work; what it finds is next to nothing. Slivers arise only where plates meet
-    // or bend.
-    let found = workers.map(mesh.edge_slots(), |slots| {
-        let fronts: Vec<u32> = (slots.start as u32..slots.end as u32)
-            .filter(|&edge| mesh.is_edge(edge))
-            .map(|edge| mesh.endpoints(edge))
-            .filter(|&(u, v)| plate[u as usize] != plate[v as usize])
-            .flat_map(|(u, v)| [u, v])
-            .collect();
-        (mesh.edges_to_repair(slots), fronts)
-    });
-    let (suspects, fronts): (Vec<_>, Vec<_>) = found.into_iter().unzip();
-    let mut flips = mesh.repair_from(suspects.concat()).map_err(failed)?;
-    let mut restless = fronts.concat();
+    // What neither lies at a front nor bends has turned as one body and is Delaunay still, but for the
+    // rounding of thousands of steps: all edges are looked at now and then.
+    let mut restless = core::mem::take(&mut unsettled.0);
     restless.extend(
         (0..deviation.len() as u32).filter(|&v| deviation[v as usize].0 != glam::Vec3::ZERO),
     );
     restless.sort_unstable();
     restless.dedup();
+    let mut is_restless = vec![false; deviation.len()];
+    for &v in &restless {
+        is_restless[v as usize] = true;
+    }
+    let found = workers.map(restless.len(), |part| {
+        mesh.faults_around(&restless[part], |v| is_restless[v as usize], FLATTEST)
+    });
+    let mut suspects: Vec<u32> = Vec::new();
+    let mut slivers: Vec<u32> = Vec::new();
+    for faults in found {
+        suspects.extend(faults.edges);
+        slivers.extend(faults.slivers);
+    }
+    let repaired = if clock.reorganisation.due().is_some() {
+        let found = workers.map(mesh.edge_slots(), |slots| mesh.edges_to_repair(slots));
+        mesh.repair_from(found.concat())
+    } else {
+        mesh.repair_locally(suspects)
+    };
+    let mut flips = repaired.map_err(failed)?;
     let moved = mesh
-        .repair_slivers_among(restless, FLATTEST, |_| true)
+        .repair_slivers_from(slivers, &flips, FLATTEST, |_| true)
         .map_err(failed)?;
     if !moved.moved.is_empty() {
         let position = position.bypass_change_detection();
         let velocity = velocity.bypass_change_detection();
         let deviation = deviation.bypass_change_detection();
         for &v in &moved.moved {
-            position[v as usize].0 = mesh.site(v).as_vec3();
-            // The column is what counts: the mesh takes the rounded place.
-            let site = position[v as usize].0.as_dvec3().normalize();
-            mesh.set_site(v, site);
+            let site = mesh.site(v);
+            position[v as usize].0 = site.as_vec3();
             for motion in [&mut velocity[v as usize].0, &mut deviation[v as usize].0] {
                 let along = motion.as_dvec3();
                 *motion = (along - site * site.dot(along)).as_vec3();
             }
         }
         flips.extend(moved.flips);
-        let rounded = edges_around(mesh, &moved.moved);
-        flips.extend(mesh.repair_from(rounded).map_err(failed)?);
     }
     let cuts: Vec<[u32; 2]> = cut_by_flips(&flips, plate).collect();
     splits.note_cuts(mesh, plate, &cuts);

@@ -6,12 +6,13 @@
 
 use super::{
     super::{
-        boundaries::{Boundaries, Contacts, Motion},
+        boundaries::{Boundaries, Contacts, Motion, Unsettled},
         clock::Clock,
         columns::Columns,
         error::TectonicError,
         ledger::Ledger,
         plate::{Plate, PlateBorn, PlateTable, Rotation},
+        reach::Marks,
         recipe::Recipe,
         stages::{
             Splits,
@@ -19,11 +20,13 @@ use super::{
         },
         sub_plate::*,
         topology::{EdgeState, Topology},
+        workers::Workers,
     },
     uplift::folded,
 };
 use crate::mesh::SphereMesh;
 use bevy::prelude::*;
+use std::collections::{BTreeMap, VecDeque};
 
 /// Removals open new contacts; more sweeps than this never found any (study).
 const SWEEPS: usize = 4;
@@ -44,6 +47,7 @@ pub(in crate::simulation) struct Ground<'a> {
     pub orogeny: &'a mut [Orogeny],
     pub began: &'a mut [OrogenyBegan],
     pub fold: &'a mut [FoldDirection],
+    pub marks: Marks,
 }
 
 type CollisionColumns = (
@@ -63,11 +67,13 @@ pub(in crate::simulation) fn resolve_collisions(
     mut commands: Commands,
     recipe: Res<Recipe>,
     clock: Res<Clock>,
+    workers: Res<Workers>,
     boundaries: Res<Boundaries>,
     contacts: Res<Contacts>,
     mut topology: ResMut<Topology>,
     mut ledger: ResMut<Ledger>,
     mut splits: ResMut<Splits>,
+    mut unsettled: ResMut<Unsettled>,
     plates: Query<(Entity, &Plate, &Rotation, &PlateBorn)>,
     mut sub_plates: Query<CollisionColumns, With<SubPlate>>,
 ) -> Result<(), TectonicError> {
@@ -92,6 +98,7 @@ pub(in crate::simulation) fn resolve_collisions(
         orogeny: orogeny.bypass_change_detection(),
         began: began.bypass_change_detection(),
         fold: fold.bypass_change_detection(),
+        marks: Marks::default(),
     };
     let judge = Judge {
         recipe: &recipe,
@@ -107,10 +114,11 @@ pub(in crate::simulation) fn resolve_collisions(
         .copied()
         .chain(boundaries.place.len() as u32..mesh.vertex_count() as u32)
         .collect();
+    unsettled.0.clone_from(&watch);
     let mut gone: Vec<u32> = Vec::new();
     let mut cuts: Vec<[u32; 2]> = Vec::new();
     for _ in 0..SWEEPS {
-        let victims = judge.find_victims(mesh, &ground, &watch);
+        let victims = judge.find_victims(mesh, &ground, &watch, &workers);
         let mut touched = vec![false; mesh.vertex_count()];
         let mut dirty: Vec<u32> = Vec::new();
         for victim in victims {
@@ -148,12 +156,14 @@ pub(in crate::simulation) fn resolve_collisions(
         dirty.dedup();
         let queue = edges_around(mesh, &dirty);
         let flips = mesh
-            .repair_from(queue)
+            .repair_locally(queue)
             .map_err(|source| TectonicError::Repair {
                 time_my: clock.time_my,
                 source,
             })?;
         cuts.extend(cut_by_flips(&flips, ground.plate));
+        unsettled.0.extend(&dirty);
+        unsettled.0.extend(flips.iter().flat_map(|flip| flip.after));
         watch = dirty;
     }
     splits.note_cuts(mesh, ground.plate, &cuts);
@@ -169,14 +179,27 @@ pub(in crate::simulation) fn resolve_collisions(
 pub(in crate::simulation) fn close_ranks(
     mut topology: ResMut<Topology>,
     mut boundaries: ResMut<Boundaries>,
+    mut unsettled: ResMut<Unsettled>,
 ) {
     let mesh = &mut topology.0;
     let gone: Vec<u32> = (0..mesh.vertex_count() as u32)
         .rev()
         .filter(|&v| mesh.is_detached(v))
         .collect();
+    unsettled.0.sort_unstable();
+    unsettled.0.dedup();
+    unsettled.0.retain(|&v| !mesh.is_detached(v));
+    // First number of what has been given another one, by its present number.
+    let mut first: BTreeMap<u32, u32> = BTreeMap::new();
     for v in gone {
-        mesh.remove_detached(v);
+        if let Some(last) = mesh.remove_detached(v) {
+            let number = first.remove(&last).unwrap_or(last);
+            first.insert(v, number);
+        }
+    }
+    let mut now: BTreeMap<u32, u32> = first.into_iter().map(|(now, first)| (first, now)).collect();
+    for v in &mut unsettled.0 {
+        *v = now.remove(v).unwrap_or(*v);
     }
     // Vertices have new numbers: what was known by number is void.
     boundaries.fronts.clear();
@@ -295,24 +318,15 @@ impl Judge<'_> {
         mesh: &SphereMesh<EdgeState>,
         ground: &Ground,
         watch: &[u32],
+        workers: &Workers,
     ) -> Vec<Victim> {
         let constants = &self.recipe.constants.collisions;
         let radius = self.recipe.radius_km;
-        let mut triangles: Vec<u32> = Vec::new();
+        let mut watched = Marks::default();
+        watched.wipe(mesh.vertex_count());
         for &v in watch {
-            if mesh.is_detached(v) {
-                continue;
-            }
-            for h in mesh.outgoing(v) {
-                let [a, b, c] = mesh.triangle_vertices(h).map(|v| ground.plate[v as usize]);
-                if a != b || b != c {
-                    triangles.push(h.min(mesh.next(h)).min(mesh.prev(h)));
-                }
-            }
+            watched.mark(v);
         }
-        triangles.sort_unstable();
-        triangles.dedup();
-
         let spacing =
             |u: u32, v: u32| (0.5 * (ground.area[u as usize].0 + ground.area[v as usize].0)).sqrt();
         // Motion is dear: it is asked for only where the distance could decide.
@@ -322,8 +336,7 @@ impl Judge<'_> {
                 motion.opening < 0.0 && near < limit * self.relaxed(motion)
             }
         };
-        let mut victims: Vec<(f64, Victim)> = Vec::new();
-        for h in triangles {
+        let look = |h: u32, victims: &mut Vec<(f64, Victim)>| {
             let corners = mesh.triangle_vertices(h);
             let plate = corners.map(|v| ground.plate[v as usize]);
             let inverted = mesh.is_inverted(h);
@@ -356,7 +369,23 @@ impl Judge<'_> {
                     victims.push((height, self.victim(mesh, ground, a, near_end)));
                 }
             }
-        }
+        };
+        let found = workers.map(watch.len(), |part| {
+            let mut victims = Vec::new();
+            for &v in watch[part].iter().filter(|&&v| !mesh.is_detached(v)) {
+                for h in mesh.outgoing(v) {
+                    let (b, c) = (mesh.dest(h), mesh.apex(h));
+                    let [of, of_b, of_c] = [v, b, c].map(|v| ground.plate[v as usize]);
+                    // Each triangle once: by the first of its corners that is watched.
+                    let first = |w: u32| !watched.is_marked(w) || v < w;
+                    if (of != of_b || of != of_c) && first(b) && first(c) {
+                        look(h, &mut victims);
+                    }
+                }
+            }
+            victims
+        });
+        let mut victims = found.concat();
         victims.sort_by(|a, b| {
             a.0.total_cmp(&b.0)
                 .then(a.1.vertex.cmp(&b.1.vertex))
@@ -417,7 +446,7 @@ pub(in crate::simulation) fn spread_volume(
     for _ in 0..3 {
         let mut takers: Vec<(usize, f64, f64)> = Vec::new();
         let mut capacity = 0.0;
-        for v in disc(mesh, from, reach / recipe.radius_km) {
+        for v in disc(mesh, &mut ground.marks, from, reach / recipe.radius_km) {
             let v = v as usize;
             if !ground.crust[v].is_continental() {
                 continue;
@@ -469,7 +498,7 @@ fn obduct(
 ) {
     let target = recipe.constants.collisions.obduction_thickness;
     let mut last = None;
-    for v in disc(mesh, from, core::f64::consts::PI) {
+    for v in disc(mesh, &mut ground.marks, from, core::f64::consts::PI) {
         if v == from {
             continue;
         }
@@ -499,14 +528,20 @@ fn obduct(
 }
 
 /// Vertices within a chord of a vertex, itself included, ring by ring over the mesh.
-fn disc(mesh: &SphereMesh<EdgeState>, from: u32, chord: f64) -> impl Iterator<Item = u32> {
+fn disc<'a>(
+    mesh: &'a SphereMesh<EdgeState>,
+    marks: &'a mut Marks,
+    from: u32,
+    chord: f64,
+) -> impl Iterator<Item = u32> + 'a {
     let origin = mesh.site(from);
-    let mut seen = std::collections::BTreeSet::from([from]);
-    let mut queue = std::collections::VecDeque::from([from]);
+    marks.wipe(mesh.vertex_count());
+    marks.mark(from);
+    let mut queue = VecDeque::from([from]);
     core::iter::from_fn(move || {
         let v = queue.pop_front()?;
         for w in mesh.neighbours(v) {
-            if mesh.site(w).distance(origin) < chord && seen.insert(w) {
+            if mesh.site(w).distance_squared(origin) < chord * chord && marks.mark(w) {
                 queue.push_back(w);
             }
         }

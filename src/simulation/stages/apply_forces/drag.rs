@@ -103,12 +103,21 @@ impl Drag {
         table: &PlateTable,
     ) -> Vec<Self> {
         let parts = workers.map(plate.len(), |range| {
-            let mut sums = vec![Self::NONE; table.rows().len()];
+            // One more for what no plate carries.
+            let mut sums = vec![Self::NONE; table.rows().len() + 1];
+            let (mut of, mut run) = (plate[range.start], Self::NONE);
+            let mut close = |of, run: Self| {
+                sums[table.row(of).unwrap_or(table.rows().len())].join(&run);
+            };
+            // Neighbours in memory nearly always lie on one plate.
             for v in range {
-                if let Some(row) = table.row(plate[v]) {
-                    sums[row].add(crust[v], area[v], sites[v]);
+                if plate[v] != of {
+                    close(of, core::mem::replace(&mut run, Self::NONE));
+                    of = plate[v];
                 }
+                run.add(crust[v], area[v], sites[v]);
             }
+            close(of, run);
             sums
         });
         // Added up in the order of the rows, whoever summed them.

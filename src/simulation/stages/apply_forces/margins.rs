@@ -22,7 +22,7 @@ use bevy::prelude::*;
 use glam::{DVec3, Vec3};
 
 /// Deviations below this die at once, in km/My, so that margins heal and cost nothing.
-const STILL: f64 = 0.02;
+const STILL: f64 = 0.1;
 /// Pushes below this bend nothing worth the work, in km/My.
 const LEAST_PUSH: f64 = 1.0;
 /// A cordillera yields less the nearer its margin comes to the thickness of a plateau, in km.
@@ -31,8 +31,11 @@ const ROOM: f64 = 10.0;
 const FAR: u32 = NONE - 1;
 /// A cell that has shrunk to this share of the nominal one shrinks no further: it is about to be crushed.
 const LEAST_AREA: f64 = 0.25;
-/// Largest change of a cell's area in one step.
-const LARGEST_STRAIN: f64 = 0.05;
+/// Passes over the springs each time. What they do not settle now, the deviations carry on to the next time:
+/// a push reaches the far side of a margin of a dozen cells within some My.
+const PASSES: usize = 4;
+/// Largest change of a cell's area at once.
+const LARGEST_STRAIN: f64 = 0.25;
 
 /// Bends the margins: sets the deviation of every sub-plate from its plate's rotation, and thickens
 /// or thins the crust by what its cell loses or gains in area.
@@ -61,8 +64,10 @@ pub(in crate::simulation) fn bend_margins(
     if recipe.drive != Drive::Soft || constants.rigidity >= 1.0 {
         return Ok(());
     }
+    let Some(time) = clock.margins.due() else {
+        return Ok(());
+    };
     let radius = recipe.radius_km;
-    let step = clock.step_my;
 
     let table = PlateTable::gather(plates.iter());
     let mut pushes = collision_pushes(&recipe, &boundaries, mesh, plate);
@@ -82,17 +87,17 @@ pub(in crate::simulation) fn bend_margins(
     if margin.vertices.is_empty() {
         return Ok(());
     }
-    // Displacements in this step, in radii, relative to the plate's rigid rotation.
-    let kept = libm::exp(-step / constants.drag);
+    // Displacements until the next time, in radii, relative to the plate's rigid rotation.
+    let kept = libm::exp(-time / constants.drag);
     let mut shift: Vec<DVec3> = margin
         .vertices
         .iter()
-        .map(|&v| deviation[v as usize].0.as_dvec3() * (kept * step / radius))
+        .map(|&v| deviation[v as usize].0.as_dvec3() * (kept * time / radius))
         .collect();
     for &(v, push) in &pushes {
-        shift[margin.place[v as usize] as usize] = push * (step / radius);
+        shift[margin.place[v as usize] as usize] = push * (time / radius);
     }
-    margin.relax_springs(&recipe, mesh, plate, &mut shift, step);
+    margin.relax_springs(&recipe, mesh, plate, &mut shift, time);
 
     for ((shift, &v), &ring) in shift.iter_mut().zip(&margin.vertices).zip(&margin.ring) {
         let site = mesh.site(v);
@@ -100,7 +105,7 @@ pub(in crate::simulation) fn bend_margins(
         let inland = (f64::from(ring) * recipe.spacing_km() / constants.width.max(1.0)).min(1.0);
         let soft = *shift * (1.0 - constants.rigidity * inland);
         *shift = soft - site * site.dot(soft);
-        let speed = *shift * (radius / step);
+        let speed = *shift * (radius / time);
         let still = speed.length() < STILL;
         deviation[v as usize].0 = if still { Vec3::ZERO } else { speed.as_vec3() };
     }
@@ -203,8 +208,6 @@ struct Margin {
     place: Vec<u32>,
     /// Edges between each vertex and the nearest push.
     ring: Vec<u32>,
-    /// Edges across the margin.
-    width: u32,
 }
 
 impl Margin {
@@ -253,7 +256,6 @@ impl Margin {
             vertices,
             place,
             ring,
-            width: rings,
         }
     }
 
@@ -270,7 +272,7 @@ impl Margin {
         mesh: &mut SphereMesh<EdgeState>,
         plate: &[PlateId],
         shift: &mut [DVec3],
-        step: f64,
+        time: f64,
     ) {
         struct Spring {
             /// Places in the margin, where the ends belong to it.
@@ -279,7 +281,7 @@ impl Margin {
             rest: f64,
         }
         let constants = &recipe.constants.margins;
-        let flow = 1.0 - libm::exp(-step / constants.flow);
+        let flow = 1.0 - libm::exp(-time / constants.flow);
         // Each edge once: by its origin where that lies in the margin, else by its other end.
         let mut edges: Vec<u32> = Vec::with_capacity(4 * self.vertices.len());
         for &v in &self.vertices {
@@ -328,8 +330,7 @@ impl Margin {
                 }));
             }
         }
-        // A push crosses one edge a pass.
-        for _ in 0..=self.width {
+        for _ in 0..PASSES {
             for spring in &springs {
                 // Fronts go where they are pushed, whatever stands behind them.
                 let [i, j] = spring.ends.map(|i| i.filter(|&i| self.ring[i] > 0));

@@ -7,6 +7,7 @@ use super::{
             columns::Columns,
             error::TectonicError,
             ledger::Ledger,
+            reach::Marks,
             recipe::Recipe,
             sub_plate::*,
             topology::{EdgeState, Topology},
@@ -63,6 +64,7 @@ pub(in crate::simulation) fn smooth_fronts(
         orogeny: orogeny.bypass_change_detection(),
         began: began.bypass_change_detection(),
         fold: fold.bypass_change_detection(),
+        marks: Marks::default(),
     };
     let majority = recipe.constants.plates.majority;
     for v in 0..ground.plate.len() {
