@@ -273,6 +273,12 @@ impl Rift {
     pub fn reach_km(&self, now_my: f64) -> f64 {
         (self.pace * (now_my - self.began_my)).min(self.stops_km)
     }
+
+    /// Whether it has not torn a front of its plates yet.
+    pub(super) fn holds(&self, front: &Front, now_my: f64, recipe: &Recipe) -> bool {
+        let reach = self.reach_km(now_my);
+        front.midpoint.distance(self.from) * recipe.radius_km > reach
+    }
 }
 
 /// Contacts by pair of plates, the smaller id first.
@@ -297,10 +303,7 @@ impl Contacts {
     pub fn holds(&self, front: &Front, now_my: f64, recipe: &Recipe) -> bool {
         self.get(front.plates[0], front.plates[1])
             .and_then(|contact| contact.rift)
-            .is_some_and(|rift| {
-                let reach = rift.reach_km(now_my);
-                front.midpoint.distance(rift.from) * recipe.radius_km > reach
-            })
+            .is_some_and(|rift| rift.holds(front, now_my, recipe))
     }
 
     /// Lets the origins of rifts ride on their plates for a step in My.

@@ -7,6 +7,9 @@ use core::ops::Range;
 /// Rows of one piece of parallel work. Fixed, so that no result depends on the number of threads.
 pub const CHUNK: usize = 2048;
 
+/// The same for work on few things that each cost more, such as fronts.
+pub const FEW: usize = 512;
+
 /// Threads on which stages split their work; none by default.
 #[derive(Resource, Debug, Default)]
 pub struct Workers(Option<TaskPool>);

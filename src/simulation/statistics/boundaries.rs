@@ -5,6 +5,7 @@ use crate::mesh::NONE;
 use crate::simulation::{
     boundaries::{Boundaries, Front},
     stages::classify_boundaries::smooth_strikes,
+    workers::Workers,
 };
 
 /// Part of the slip across a boundary beyond which it opens or closes: sin 30° (Bird 2003).
@@ -110,7 +111,13 @@ fn fronts(view: &View) -> Vec<Front> {
     }
     boundaries.number_vertices();
     let smoothing = view.recipe.constants.boundaries.smoothing;
-    smooth_strikes(mesh, view.plate, smoothing, &mut boundaries);
+    smooth_strikes(
+        &Workers::default(),
+        mesh,
+        view.plate,
+        smoothing,
+        &mut boundaries,
+    );
     let mut fronts = core::mem::take(&mut boundaries.fronts);
     for front in &mut fronts {
         front.aim(&boundaries, mesh, &view.plates, radius);

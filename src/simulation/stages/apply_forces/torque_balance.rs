@@ -12,7 +12,7 @@
 
 use super::{
     super::super::{
-        boundaries::{Boundaries, Contacts, Front, FrontForce, FrontForces},
+        boundaries::{Boundaries, Contact, Contacts, Front, FrontForce, FrontForces},
         clock::Clock,
         columns::Columns,
         error::TectonicError,
@@ -78,46 +78,52 @@ pub(in crate::simulation) fn balance_torques(
     // What rifts ask for, where they are about to be drawn.
     let told = clock.reorganisation.due().is_some();
     let mut holds = Vec::new();
-    for front in &boundaries.fronts {
-        let (Some(i), Some(j)) = (table.row(front.plates[0]), table.row(front.plates[1])) else {
+    // Fronts that follow each other mostly part the same plates.
+    for run in (boundaries.fronts).chunk_by(|a, b| a.plates == b.plates) {
+        let [first, second] = run[0].plates;
+        let (Some(i), Some(j)) = (table.row(first), table.row(second)) else {
             continue;
         };
-        let held = contacts.holds(front, clock.time_my, &recipe);
-        let driven = if held {
-            [DrivingTorque::default(); 2]
-        } else {
-            drive(front, &recipe, &clock, &contacts, created, slab)
-        };
-        torques[i] += driven[0];
-        torques[j] += driven[1];
-        let along = front.midpoint.cross(front.direction);
-        let sliding = if held {
-            constants.untorn
-        } else {
-            constants.friction
-        };
-        let sliding = (front.midpoint.cross(along), sliding * front.length);
-        let across = if held {
-            constants.untorn
-        } else if front.opening >= 0.0 {
-            0.0
-        } else if front.continental {
-            let depth = contacts
-                .get(front.plates[0], front.plates[1])
-                .map_or(0.0, |contact| {
+        let contact = contacts.get(first, second);
+        let rift = contact.and_then(|contact| contact.rift);
+        let mut coupling = DMat3::ZERO;
+        for front in run {
+            let held = rift.is_some_and(|rift| rift.holds(front, clock.time_my, &recipe));
+            let driven = if held {
+                [DrivingTorque::default(); 2]
+            } else {
+                drive(front, &recipe, &clock, contact, created, slab)
+            };
+            torques[i] += driven[0];
+            torques[j] += driven[1];
+            let along = front.midpoint.cross(front.direction);
+            let sliding = if held {
+                constants.untorn
+            } else {
+                constants.friction
+            };
+            let sliding = (front.midpoint.cross(along), sliding * front.length);
+            let across = if held {
+                constants.untorn
+            } else if front.opening >= 0.0 {
+                0.0
+            } else if front.continental {
+                let depth = contact.map_or(0.0, |contact| {
                     contact.interpenetration / constants.collision_length
                 });
-            constants.collision * (COLLISION_FIRST + depth.min(COLLISION_MOST))
-        } else {
-            constants.friction
-        };
-        let across = (along, across * front.length);
-        for (q, strength) in [sliding, across] {
-            system.couple(i, j, q, strength);
+                constants.collision * (COLLISION_FIRST + depth.min(COLLISION_MOST))
+            } else {
+                constants.friction
+            };
+            let across = (along, across * front.length);
+            for (q, strength) in [sliding, across] {
+                coupling += DMat3::from_cols(q * q.x, q * q.y, q * q.z) * strength;
+            }
+            if told {
+                holds.push((front, [i, j], driven, [sliding, across]));
+            }
         }
-        if told {
-            holds.push((front, [i, j], driven, [sliding, across]));
-        }
+        system.couple(i, j, coupling);
     }
     for (i, torque) in torques.iter().enumerate() {
         system.load(i, torque.sum() / recipe.radius_km);
@@ -157,7 +163,7 @@ fn drive(
     front: &Front,
     recipe: &Recipe,
     clock: &Clock,
-    contacts: &Contacts,
+    contact: Option<&Contact>,
     created: &[Created],
     slab: &[Slab],
 ) -> [DrivingTorque; 2] {
@@ -165,8 +171,7 @@ fn drive(
     let turn = front.midpoint.cross(front.normal);
     let mut torques = [DrivingTorque::default(); 2];
     if front.opening > 0.0 {
-        let young = contacts
-            .get(front.plates[0], front.plates[1])
+        let young = contact
             .and_then(|contact| contact.rift)
             .is_some_and(|rift| clock.time_my - rift.began_my < constants.rift_push_time);
         let push = constants.ridge_push * (front.opening / RIDGE_FULL).min(1.0)
@@ -213,12 +218,8 @@ impl System {
         }
     }
 
-    /// Adds `strength · q qᵀ (ωᵢ − ωⱼ)` to plate i and its reaction to plate j.
-    fn couple(&mut self, i: usize, j: usize, q: DVec3, strength: f64) {
-        if strength == 0.0 {
-            return;
-        }
-        let block = DMat3::from_cols(q * q.x, q * q.y, q * q.z) * strength;
+    /// Adds `block (ωᵢ − ωⱼ)` to plate i and its reaction to plate j.
+    fn couple(&mut self, i: usize, j: usize, block: DMat3) {
         self.add(i, i, block);
         self.add(j, j, block);
         self.add(i, j, -block);
@@ -238,10 +239,7 @@ impl System {
         for i in 0..n {
             for j in 0..=i {
                 let (row_i, row_j) = (i * n, j * n);
-                let mut sum = a[row_i + j];
-                for k in 0..j {
-                    sum -= a[row_i + k] * a[row_j + k];
-                }
+                let sum = a[row_i + j] - dot(&a[row_i..row_i + j], &a[row_j..row_j + j]);
                 if i == j {
                     let definite = sum > 0.0 && sum.is_finite();
                     if !definite {
@@ -273,6 +271,19 @@ impl System {
     }
 }
 
+/// Scalar product in four sums side by side: one alone would wait for each addition.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let (a, b) = (a.as_chunks::<4>(), b.as_chunks::<4>());
+    let mut sums = [0.0; 4];
+    for (a, b) in a.0.iter().zip(b.0) {
+        for k in 0..4 {
+            sums[k] += a[k] * b[k];
+        }
+    }
+    let rest: f64 = a.1.iter().zip(b.1).map(|(a, b)| a * b).sum();
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -283,7 +294,7 @@ mod tests {
         for i in 0..2 {
             system.add(i, i, DMat3::from_diagonal(DVec3::new(2.0, 3.0, 4.0)));
         }
-        system.couple(0, 1, DVec3::Z, 4.0);
+        system.couple(0, 1, DMat3::from_diagonal(DVec3::Z * 4.0));
         system.load(0, DVec3::new(2.0, 3.0, 12.0));
         let x = system.solve().unwrap();
         // z: 4a + 4(a − b) = 12 and 4b + 4(b − a) = 0 give a = 2, b = 1.

@@ -16,7 +16,7 @@ use super::super::{
     recipe::Recipe,
     sub_plate::{Created, Crust, PlateId, Slab, SubPlate},
     topology::{BoundaryKind, EdgeState, Topology},
-    workers::Workers,
+    workers::{FEW, Workers},
 };
 use crate::mesh::{NONE, SphereMesh};
 use bevy::prelude::*;
@@ -41,16 +41,15 @@ pub(in crate::simulation) fn classify_boundaries(
     let boundaries = &mut *boundaries;
 
     find_fronts(&workers, mesh, plate, recipe.radius_km, boundaries);
-    smooth_strikes(mesh, plate, constants.smoothing, boundaries);
-    let Boundaries { fronts, .. } = &mut *boundaries;
-    let mut fronts = core::mem::take(fronts);
-    for front in &mut fronts {
-        front.aim(boundaries, mesh, &plates, recipe.radius_km);
-        front.continental = front
-            .vertices
-            .iter()
-            .all(|&v| crust[v as usize].is_continental());
-    }
+    smooth_strikes(&workers, mesh, plate, constants.smoothing, boundaries);
+    let mut fronts = core::mem::take(&mut boundaries.fronts);
+    workers.run(fronts.chunks_mut(FEW), |fronts| {
+        for front in fronts {
+            front.aim(boundaries, mesh, &plates, recipe.radius_km);
+            let continental = |&v: &u32| crust[v as usize].is_continental();
+            front.continental = front.vertices.iter().all(continental);
+        }
+    });
     contacts.carry_rifts(&plates, clock.step_my);
     remember_contacts(&fronts, &clock, &recipe, &mut contacts);
     polarity::settle(
@@ -86,40 +85,42 @@ fn find_fronts(
     boundaries.place.clear();
     boundaries.place.resize(mesh.vertex_count(), NONE);
     // Edges across plates, and edges that still say they were.
-    let candidates = workers.map(mesh.edge_slots(), |slots| {
-        let mixed = |&edge: &u32| {
-            mesh.is_edge(edge) && {
-                let (u, v) = mesh.endpoints(edge);
-                let state = mesh.payload(edge);
-                plate[u as usize] != plate[v as usize]
-                    || state.kind != BoundaryKind::Joined
-                    || state.cross_kind != BoundaryKind::Joined
+    let found = workers.map(mesh.edge_slots(), |slots| {
+        let (mut fronts, mut healed): (Vec<Front>, Vec<u32>) = (Vec::new(), Vec::new());
+        for edge in slots.start as u32..slots.end as u32 {
+            if !mesh.is_edge(edge) {
+                continue;
             }
-        };
-        (slots.start as u32..slots.end as u32)
-            .filter(mixed)
-            .collect::<Vec<u32>>()
+            let (u, v) = mesh.endpoints(edge);
+            let plates = [plate[u as usize], plate[v as usize]];
+            if plates[0] != plates[1] {
+                fronts.push(Front::across(mesh, edge, plates, radius));
+            } else {
+                let state = mesh.payload(edge);
+                if state.kind != BoundaryKind::Joined || state.cross_kind != BoundaryKind::Joined {
+                    healed.push(edge);
+                }
+            }
+        }
+        (fronts, healed)
     });
-    for edge in candidates.into_iter().flatten() {
-        let (u, v) = mesh.endpoints(edge);
-        let plates = [plate[u as usize], plate[v as usize]];
-        if plates[0] == plates[1] {
+    for (fronts, healed) in found {
+        for edge in healed {
             let state = mesh.payload_mut(edge);
             state.kind = BoundaryKind::Joined;
             state.cross_kind = BoundaryKind::Joined;
-            continue;
         }
-        for vertex in [u, v] {
+        for vertex in fronts.iter().flat_map(|front| front.vertices) {
             boundaries.place[vertex as usize] = 0;
         }
-        let front = Front::across(mesh, edge, plates, radius);
-        boundaries.fronts.push(front);
+        boundaries.fronts.extend(fronts);
     }
     boundaries.number_vertices();
 }
 
 /// Sums the normals at every vertex of a front, then blends them twice with the neighbours'.
 pub(in crate::simulation) fn smooth_strikes(
+    workers: &Workers,
     mesh: &SphereMesh<EdgeState>,
     plate: &[PlateId],
     weight: f64,
@@ -141,23 +142,25 @@ pub(in crate::simulation) fn smooth_strikes(
     }
     for _ in 0..2 {
         let before = strikes.clone();
-        for (i, &v) in vertices.iter().enumerate() {
-            for w in mesh.neighbours(v) {
-                let j = place[w as usize];
-                if j == NONE {
-                    continue;
+        let parts = strikes.chunks_mut(FEW).zip(vertices.chunks(FEW));
+        workers.run(parts, |(strikes, vertices)| {
+            for (strike, &v) in strikes.iter_mut().zip(vertices) {
+                for w in mesh.neighbours(v) {
+                    let j = place[w as usize];
+                    if j == NONE {
+                        continue;
+                    }
+                    let sign = if plate[w as usize] == plate[v as usize] {
+                        weight
+                    } else {
+                        -weight
+                    };
+                    *strike += before[j as usize] * sign;
                 }
-                let sign = if plate[w as usize] == plate[v as usize] {
-                    weight
-                } else {
-                    -weight
-                };
-                strikes[i] += before[j as usize] * sign;
+                let site = mesh.site(v);
+                *strike -= site * site.dot(*strike);
             }
-            let site = mesh.site(v);
-            let radial = site.dot(strikes[i]);
-            strikes[i] -= site * radial;
-        }
+        });
     }
 }
 
@@ -171,16 +174,20 @@ fn remember_contacts(fronts: &[Front], clock: &Clock, recipe: &Recipe, contacts:
         untorn: f64,
     }
     let mut sums: BTreeMap<(PlateId, PlateId), Sum> = BTreeMap::new();
-    for front in fronts {
-        let key = Contacts::key(front.plates[0], front.plates[1]);
+    // Fronts that follow each other mostly part the same plates.
+    for run in fronts.chunk_by(|a, b| a.plates == b.plates) {
+        let key = Contacts::key(run[0].plates[0], run[0].plates[1]);
         let sum = sums.entry(key).or_default();
-        sum.length += front.length;
-        if contacts.holds(front, clock.time_my, recipe) {
-            sum.untorn += front.length;
-        }
-        if front.continental {
-            sum.continental += front.length;
-            sum.closing += front.length * (-front.opening).max(0.0);
+        let rift = contacts.0.get(&key).and_then(|contact| contact.rift);
+        for front in run {
+            sum.length += front.length;
+            if rift.is_some_and(|rift| rift.holds(front, clock.time_my, recipe)) {
+                sum.untorn += front.length;
+            }
+            if front.continental {
+                sum.continental += front.length;
+                sum.closing += front.length * (-front.opening).max(0.0);
+            }
         }
     }
     for (key, sum) in sums {

@@ -120,6 +120,23 @@ impl Stretch {
     }
 }
 
+/// Place of an edge among the fronts, which are in the order of their edges, looked for from a place near it.
+fn find_near(fronts: &[Front], from: usize, edge: u32) -> Option<usize> {
+    let mut step = 8;
+    let (mut low, mut high) = (from, from);
+    while low > 0 && fronts[low].edge > edge {
+        low = low.saturating_sub(step);
+        step *= 4;
+    }
+    while high < fronts.len() && fronts[high].edge < edge {
+        high += step;
+        step *= 4;
+    }
+    let high = (high + 1).min(fronts.len());
+    let found = fronts[low..high].binary_search_by_key(&edge, |front| front.edge);
+    found.ok().map(|place| low + place)
+}
+
 /// 0 for the plate with the smaller id.
 fn side_of(front: &Front, end: usize) -> usize {
     usize::from(front.plates[end] > front.plates[1 - end])
@@ -142,7 +159,7 @@ fn stretches(mesh: &SphereMesh<EdgeState>, fronts: &[Front]) -> Vec<Option<usize
             // The front leaves a triangle through another of its edges.
             for h in [2 * front.edge, 2 * front.edge + 1] {
                 for edge in [mesh.next(h) / 2, mesh.prev(h) / 2] {
-                    let Ok(next) = fronts.binary_search_by_key(&edge, |front| front.edge) else {
+                    let Some(next) = find_near(fronts, at, edge) else {
                         continue;
                     };
                     let other = &fronts[next];
