@@ -6,6 +6,8 @@ use core::ops::Range;
 
 /// Rows of one piece of parallel work. Fixed, so that no result depends on the number of threads.
 pub const CHUNK: usize = 2048;
+/// Pieces that a sweep is cut into at most: each costs a microsecond or two.
+const PIECES: usize = 64;
 
 /// The same for work on few things that each cost more, such as fronts.
 pub const FEW: usize = 512;
@@ -32,7 +34,8 @@ impl Workers {
         count: usize,
         work: impl Fn(Range<usize>) -> T + Sync,
     ) -> Vec<T> {
-        let ranges = (0..count.div_ceil(CHUNK)).map(|i| i * CHUNK..((i + 1) * CHUNK).min(count));
+        let rows = CHUNK.max(count.div_ceil(PIECES));
+        let ranges = (0..count.div_ceil(rows)).map(|i| i * rows..((i + 1) * rows).min(count));
         self.run(ranges, work)
     }
 
