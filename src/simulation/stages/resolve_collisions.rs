@@ -180,6 +180,7 @@ pub(in crate::simulation) fn close_ranks(
     mut topology: ResMut<Topology>,
     mut boundaries: ResMut<Boundaries>,
     mut unsettled: ResMut<Unsettled>,
+    mut splits: ResMut<Splits>,
 ) {
     let mesh = &mut topology.0;
     let gone: Vec<u32> = (0..mesh.vertex_count() as u32)
@@ -189,6 +190,7 @@ pub(in crate::simulation) fn close_ranks(
     unsettled.0.sort_unstable();
     unsettled.0.dedup();
     unsettled.0.retain(|&v| !mesh.is_detached(v));
+    splits.suspected |= (splits.cuts.iter().flatten()).any(|&v| mesh.is_detached(v));
     // First number of what has been given another one, by its present number.
     let mut first: BTreeMap<u32, u32> = BTreeMap::new();
     for v in gone {
@@ -197,9 +199,9 @@ pub(in crate::simulation) fn close_ranks(
             first.insert(v, number);
         }
     }
-    let mut now: BTreeMap<u32, u32> = first.into_iter().map(|(now, first)| (first, now)).collect();
-    for v in &mut unsettled.0 {
-        *v = now.remove(v).unwrap_or(*v);
+    let now: BTreeMap<u32, u32> = first.into_iter().map(|(now, first)| (first, now)).collect();
+    for v in unsettled.0.iter_mut().chain(splits.cuts.as_flattened_mut()) {
+        *v = now.get(v).copied().unwrap_or(*v);
     }
     // Vertices have new numbers: what was known by number is void.
     boundaries.fronts.clear();

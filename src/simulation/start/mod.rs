@@ -126,6 +126,7 @@ pub fn populate(world: &mut World, recipe: &Recipe) -> Result<(), TectonicError>
     world.insert_resource(Splits {
         suspected: true,
         regrouped: true,
+        ..default()
     });
     world.insert_resource(Mantle::new(recipe.seed));
     world.insert_resource(ledger);

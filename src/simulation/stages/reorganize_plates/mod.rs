@@ -29,26 +29,32 @@ use glam::DVec3;
 use rand_chacha::ChaCha8Rng;
 
 /// Whether a plate may have fallen apart since splinters were last looked for.
-#[derive(Resource, Debug, Clone, Copy, Default, Reflect)]
+#[derive(Resource, Debug, Clone, Default, Reflect)]
 #[reflect(Resource)]
 pub struct Splits {
     /// Set by whoever removes a connection; cleared once all plates are in one piece.
     pub suspected: bool,
     /// Set when sub-plates changed plates or plates their motion; cleared once velocities follow.
     pub regrouped: bool,
+    /// Pairs of sub-plates that lost a connection and were not found to hang together nearby.
+    pub(in crate::simulation) cuts: Vec<[u32; 2]>,
 }
 
 impl Splits {
-    /// Looks whether pairs of sub-plates that lost a connection still hang together nearby; where a
-    /// short search does not tell, the plate is suspected.
+    /// Looks whether pairs of sub-plates that lost a connection still hang together nearby; those that a
+    /// short search does not join are kept.
     pub(in crate::simulation) fn note_cuts<E: EdgePayload>(
         &mut self,
         mesh: &SphereMesh<E>,
         plate: &[PlateId],
         cuts: &[[u32; 2]],
     ) {
-        self.suspected =
-            self.suspected || !cuts.iter().all(|&[a, b]| hang_together(mesh, plate, a, b));
+        // Where a sub-plate has gone since, what hung at it is not known.
+        self.suspected |= cuts.iter().flatten().any(|&v| mesh.is_detached(v));
+        let open = cuts
+            .iter()
+            .filter(|[a, b]| !hang_together(mesh, plate, *a, *b));
+        self.cuts.extend(open);
     }
 }
 

@@ -7,9 +7,10 @@ use super::{
         columns::Columns,
         error::TectonicError,
         plate::{NextPlateId, Plate, PlateArea, PlateBorn, PlateTable, Rotation},
+        reach::Marks,
         recipe::Recipe,
         sub_plate::{MaterialArea, PlateId, SubPlate},
-        topology::Topology,
+        topology::{EdgeState, Topology},
     },
     Splits, plate_areas,
 };
@@ -57,7 +58,7 @@ pub(in crate::simulation) fn pieces<E: EdgePayload>(
 }
 
 /// Absorbs splinters, drops plates that have no ground left or too little, and brings areas up to
-/// date.
+/// date. Between the reorganisations it looks only where something was cut.
 pub(in crate::simulation) fn absorb_splinters(
     mut commands: Commands,
     recipe: Res<Recipe>,
@@ -73,7 +74,8 @@ pub(in crate::simulation) fn absorb_splinters(
     mut sub_plates: Query<(&mut PlateId, &MaterialArea), With<SubPlate>>,
 ) -> Result<(), TectonicError> {
     let due = clock.reorganisation.due().is_some();
-    if !splits.suspected && !due {
+    let cuts = core::mem::take(&mut splits.cuts);
+    if !splits.suspected && !due && cuts.is_empty() {
         return Ok(());
     }
     let mesh = &topology.0;
@@ -82,77 +84,35 @@ pub(in crate::simulation) fn absorb_splinters(
     let table = PlateTable::gather(plates.p0().iter());
     let sphere = 4.0 * core::f64::consts::PI * recipe.radius_km * recipe.radius_km;
     let constants = &recipe.constants.plates;
-    // A plate too small to last would be gone again before its entity is there.
-    let orphan = constants.orphan.max(constants.smallest) * sphere;
-
-    for round in 0..ROUNDS {
-        let Pieces { of, pieces } = pieces(mesh, plate);
-        let mut size = vec![0.0; pieces.len()];
-        for (&piece, area) in of.iter().zip(area) {
-            size[piece as usize] += area.0;
-        }
-        // The largest piece of a plate is the plate; ties go to the first.
-        let mut main: BTreeMap<PlateId, u32> = BTreeMap::new();
-        for (piece, &(id, _)) in pieces.iter().enumerate() {
-            let best = main.entry(id).or_insert(piece as u32);
-            if size[piece] > size[*best as usize] {
-                *best = piece as u32;
-            }
-        }
-        let whole = main.len();
+    let mut estate = Estate {
+        mesh,
+        area,
+        table: &table,
+        now_my: clock.time_my,
+        // A plate too small to last would be gone again before its entity is there.
+        orphan: constants.orphan.max(constants.smallest) * sphere,
+        commands: &mut commands,
+        contacts: &mut contacts,
+        next: &mut next,
+    };
+    let changed = if due || splits.suspected {
+        let smallest = if due { constants.smallest * sphere } else { 0.0 };
+        estate.settle_all(plate, smallest);
+        true
+    } else {
+        let mut marks = [Marks::default(), Marks::default()];
         let mut changed = false;
-        for (piece, &(id, first)) in pieces.iter().enumerate() {
-            let is_main = main[&id] == piece as u32;
-            let tiny = due && is_main && size[piece] < constants.smallest * sphere && whole > 2;
-            if is_main && !tiny {
-                continue;
-            }
-            if !is_main
-                && round == 0
-                && size[piece] > orphan
-                && let Some(new) = next.take()
-            {
-                claim(mesh, &of, piece as u32, first, |v| plate[v as usize] = new);
-                let rotation = table.rotation(id);
-                commands.spawn((
-                    Plate { id: new },
-                    Rotation(rotation),
-                    PlateBorn(clock.time_my),
-                ));
-                let contact = Contact {
-                    last_my: clock.time_my,
-                    ..default()
-                };
-                contacts.0.insert(Contacts::key(id, new), contact);
-                changed = true;
-                continue;
-            }
-            // Contact with each neighbour, counted in edges.
-            let mut touches: BTreeMap<PlateId, u32> = BTreeMap::new();
-            claim(mesh, &of, piece as u32, first, |v| {
-                for w in mesh.neighbours(v) {
-                    if of[w as usize] != piece as u32 {
-                        *touches.entry(plate[w as usize]).or_default() += 1;
-                    }
-                }
-            });
-            let heir = touches
-                .into_iter()
-                .filter(|(neighbour, _)| *neighbour != id)
-                .max_by_key(|&(neighbour, count)| (count, core::cmp::Reverse(neighbour)));
-            if let Some((heir, _)) = heir {
-                claim(mesh, &of, piece as u32, first, |v| plate[v as usize] = heir);
-                if is_main {
-                    contacts.inherit(id, heir);
-                }
-                changed = true;
+        for [a, b] in cuts {
+            if let Some(piece) = severed(mesh, plate, a, b, &mut marks) {
+                changed |= estate.found(plate, &piece) || estate.bequeath(plate, &piece).is_some();
             }
         }
-        if !changed {
-            break;
-        }
-    }
+        changed
+    };
     splits.suspected = false;
+    if !changed {
+        return Ok(());
+    }
     splits.regrouped = true;
     let areas = plate_areas(&table, plate, area);
     for (row, size) in table.rows().iter().zip(areas) {
@@ -165,22 +125,145 @@ pub(in crate::simulation) fn absorb_splinters(
     Ok(())
 }
 
-/// Visits every vertex of a piece.
-fn claim<E: EdgePayload>(
-    mesh: &SphereMesh<E>,
-    of: &[u32],
-    piece: u32,
-    first: u32,
-    mut visit: impl FnMut(u32),
-) {
-    let mut seen = std::collections::BTreeSet::from([first]);
-    let mut stack = vec![first];
-    while let Some(v) = stack.pop() {
-        visit(v);
-        for w in mesh.neighbours(v) {
-            if of[w as usize] == piece && seen.insert(w) {
-                stack.push(w);
+/// The ground of a splinter, and who gets it.
+struct Estate<'a, 'w, 's> {
+    mesh: &'a SphereMesh<EdgeState>,
+    area: &'a [MaterialArea],
+    table: &'a PlateTable,
+    now_my: f64,
+    /// A splinter larger than this becomes a plate, in km².
+    orphan: f64,
+    commands: &'a mut Commands<'w, 's>,
+    contacts: &'a mut Contacts,
+    next: &'a mut NextPlateId,
+}
+
+impl Estate<'_, '_, '_> {
+    /// Looks at all pieces of all plates; a plate smaller than `smallest` goes as a whole.
+    fn settle_all(&mut self, plate: &mut [PlateId], smallest: f64) {
+        for round in 0..ROUNDS {
+            let Pieces { of, pieces } = pieces(self.mesh, plate);
+            let mut size = vec![0.0; pieces.len()];
+            for (&piece, area) in of.iter().zip(self.area) {
+                size[piece as usize] += area.0;
+            }
+            // The largest piece of a plate is the plate; ties go to the first.
+            let mut main: BTreeMap<PlateId, u32> = BTreeMap::new();
+            for (piece, &(id, _)) in pieces.iter().enumerate() {
+                let best = main.entry(id).or_insert(piece as u32);
+                if size[piece] > size[*best as usize] {
+                    *best = piece as u32;
+                }
+            }
+            let leaves = |piece: usize| {
+                let is_main = main[&pieces[piece].0] == piece as u32;
+                !is_main || (size[piece] < smallest && main.len() > 2)
+            };
+            let mut members: Vec<Vec<u32>> = vec![Vec::new(); pieces.len()];
+            let leaving: Vec<usize> = (0..pieces.len()).filter(|&piece| leaves(piece)).collect();
+            if !leaving.is_empty() {
+                for (v, &piece) in of.iter().enumerate() {
+                    if leaves(piece as usize) {
+                        members[piece as usize].push(v as u32);
+                    }
+                }
+            }
+            let mut changed = false;
+            for piece in leaving {
+                let id = pieces[piece].0;
+                let is_main = main[&id] == piece as u32;
+                if !is_main && round == 0 && self.found(plate, &members[piece]) {
+                    changed = true;
+                } else if let Some(heir) = self.bequeath(plate, &members[piece]) {
+                    if is_main {
+                        self.contacts.inherit(id, heir);
+                    }
+                    changed = true;
+                }
+            }
+            if !changed {
+                break;
             }
         }
     }
+
+    /// Makes a large piece a plate of its own; whether it is one now.
+    fn found(&mut self, plate: &mut [PlateId], piece: &[u32]) -> bool {
+        let size: f64 = piece.iter().map(|&v| self.area[v as usize].0).sum();
+        if size <= self.orphan {
+            return false;
+        }
+        let Some(new) = self.next.take() else {
+            return false;
+        };
+        let id = plate[piece[0] as usize];
+        for &v in piece {
+            plate[v as usize] = new;
+        }
+        let rotation = self.table.rotation(id);
+        self.commands.spawn((
+            Plate { id: new },
+            Rotation(rotation),
+            PlateBorn(self.now_my),
+        ));
+        let contact = Contact {
+            last_my: self.now_my,
+            ..default()
+        };
+        self.contacts.0.insert(Contacts::key(id, new), contact);
+        true
+    }
+
+    /// Gives a piece to the plate that it has most contact with, counted in edges.
+    fn bequeath(&mut self, plate: &mut [PlateId], piece: &[u32]) -> Option<PlateId> {
+        let id = plate[piece[0] as usize];
+        let mut touches: BTreeMap<PlateId, u32> = BTreeMap::new();
+        for w in piece.iter().flat_map(|&v| self.mesh.neighbours(v)) {
+            if plate[w as usize] != id {
+                *touches.entry(plate[w as usize]).or_default() += 1;
+            }
+        }
+        let most = |&(neighbour, count): &(PlateId, u32)| (count, core::cmp::Reverse(neighbour));
+        let (heir, _) = touches.into_iter().max_by_key(most)?;
+        for &v in piece {
+            plate[v as usize] = heir;
+        }
+        Some(heir)
+    }
+}
+
+/// The smaller of the two pieces that hold two sub-plates of one plate, if they no longer hang together. Both
+/// grow side by side, so that the work is that of the smaller one.
+fn severed(
+    mesh: &SphereMesh<EdgeState>,
+    plate: &[PlateId],
+    a: u32,
+    b: u32,
+    marks: &mut [Marks; 2],
+) -> Option<Vec<u32>> {
+    let id = plate[a as usize];
+    if a == b || plate[b as usize] != id {
+        return None;
+    }
+    let mut pieces = [vec![a], vec![b]];
+    for (marks, v) in marks.iter_mut().zip([a, b]) {
+        marks.wipe(plate.len());
+        marks.mark(v);
+    }
+    for next in 0.. {
+        for side in 0..2 {
+            let Some(&v) = pieces[side].get(next) else {
+                return Some(core::mem::take(&mut pieces[side]));
+            };
+            for w in mesh.neighbours(v).filter(|&w| plate[w as usize] == id) {
+                if marks[1 - side].is_marked(w) {
+                    return None;
+                }
+                if marks[side].mark(w) {
+                    pieces[side].push(w);
+                }
+            }
+        }
+    }
+    None
 }
