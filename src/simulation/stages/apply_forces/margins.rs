@@ -16,6 +16,7 @@ use super::super::super::{
     recipe::{Drive, Recipe},
     sub_plate::{Crust, Deviation, MaterialArea, PlateId, SubPlate, Thickness},
     topology::{EdgeState, Topology},
+    workers::{FEW, Workers},
 };
 use crate::mesh::{NONE, SphereMesh};
 use bevy::prelude::*;
@@ -35,13 +36,14 @@ const LEAST_AREA: f64 = 0.25;
 /// a push reaches the far side of a margin of a dozen cells within some My.
 const PASSES: usize = 4;
 /// Largest change of a cell's area at once.
-const LARGEST_STRAIN: f64 = 0.25;
+const LARGEST_STRAIN: f64 = 0.5;
 
 /// Bends the margins: sets the deviation of every sub-plate from its plate's rotation, and thickens
 /// or thins the crust by what its cell loses or gains in area.
 pub(in crate::simulation) fn bend_margins(
     recipe: Res<Recipe>,
     clock: Res<Clock>,
+    workers: Res<Workers>,
     boundaries: Res<Boundaries>,
     mut topology: ResMut<Topology>,
     plates: Query<(Entity, &Plate, &Rotation, &PlateBorn)>,
@@ -97,7 +99,7 @@ pub(in crate::simulation) fn bend_margins(
     for &(v, push) in &pushes {
         shift[margin.place[v as usize] as usize] = push * (time / radius);
     }
-    margin.relax_springs(&recipe, mesh, plate, &mut shift, time);
+    margin.relax_springs(&recipe, &workers, mesh, plate, &mut shift, time);
 
     for ((shift, &v), &ring) in shift.iter_mut().zip(&margin.vertices).zip(&margin.ring) {
         let site = mesh.site(v);
@@ -109,16 +111,16 @@ pub(in crate::simulation) fn bend_margins(
         let still = speed.length() < STILL;
         deviation[v as usize].0 = if still { Vec3::ZERO } else { speed.as_vec3() };
     }
-    let strains: Vec<f64> = margin
-        .vertices
-        .iter()
-        .map(|&v| margin.strain(mesh, plate, &shift, v))
-        .collect();
+    let mesh = &*mesh;
+    let strains = workers.run(margin.vertices.chunks(FEW), |part| {
+        let strain = |&v: &u32| margin.strain(mesh, plate, &shift, v);
+        part.iter().map(strain).collect::<Vec<f64>>()
+    });
     let (thickness, area) = (
         thickness.bypass_change_detection(),
         area.bypass_change_detection(),
     );
-    for (&v, strain) in margin.vertices.iter().zip(strains) {
+    for (&v, strain) in margin.vertices.iter().zip(strains.into_iter().flatten()) {
         // Volume = thickness × area stays exactly.
         let ratio = 1.0 + strain.clamp(-LARGEST_STRAIN, LARGEST_STRAIN);
         let fits = thickness[v as usize].0 / ratio <= recipe.constants.collisions.thickest
@@ -202,6 +204,14 @@ fn cordillera_pushes(
     pushes
 }
 
+/// A spring between two places in the margin.
+struct Spring {
+    ends: [u32; 2],
+    /// From one end to the other, in radii.
+    along: DVec3,
+    rest: f64,
+}
+
 /// The sub-plates that may leave their plate's rigid rotation in this step.
 struct Margin {
     vertices: Vec<u32>,
@@ -269,93 +279,95 @@ impl Margin {
     fn relax_springs(
         &self,
         recipe: &Recipe,
+        workers: &Workers,
         mesh: &mut SphereMesh<EdgeState>,
         plate: &[PlateId],
-        shift: &mut [DVec3],
+        shift: &mut Vec<DVec3>,
         time: f64,
     ) {
-        struct Spring {
-            /// Places in the margin, where the ends belong to it.
-            ends: [Option<usize>; 2],
-            along: DVec3,
-            rest: f64,
-        }
         let constants = &recipe.constants.margins;
+        // Fronts go where they are pushed, whatever stands behind them, and so does nothing outside, which
+        // is one more place.
+        let mut gives: Vec<f64> = self
+            .ring
+            .iter()
+            .map(|&ring| f64::from(ring.min(1)))
+            .collect();
+        gives.push(0.0);
+        shift.push(DVec3::ZERO);
+        let outside = self.vertices.len() as u32;
+        let place = |v: u32| self.place[v as usize].min(outside);
+
+        // The rest length follows what lasts, and is measured anew where there was none.
         let flow = 1.0 - libm::exp(-time / constants.flow);
-        // Each edge once: by its origin where that lies in the margin, else by its other end.
-        let mut edges: Vec<u32> = Vec::with_capacity(4 * self.vertices.len());
-        for &v in &self.vertices {
-            edges.extend(
-                mesh.outgoing(v)
-                    .filter(|&h| h % 2 == 0 || self.place(mesh.dest(h)).is_none())
-                    .map(|h| h / 2),
-            );
-        }
-        let mut springs = Vec::with_capacity(2 * edges.len());
-        for edge in edges {
-            let (u, v) = mesh.endpoints(edge);
-            let across = [mesh.apex(2 * edge), mesh.apex(2 * edge + 1)];
-            let lengths = [[u, v], across].map(|[a, b]| {
-                (
-                    mesh.site(a).distance(mesh.site(b)),
-                    plate[a as usize] == plate[b as usize],
-                )
-            });
-            let state = mesh.payload_mut(edge);
-            // The rest length follows what lasts, and is measured anew where there was none.
-            let settle = |rest: &mut f32, (length, joined): (f64, bool)| -> Option<f64> {
-                if !joined {
-                    *rest = 0.0;
-                    return None;
-                }
-                let old = if *rest > 0.0 {
-                    f64::from(*rest)
-                } else {
-                    length
-                };
-                let relaxed = old + (length - old) * flow;
-                let (low, high) = (1.0 - constants.yield_strain, 1.0 + constants.yield_strain);
-                *rest = relaxed.clamp(length * low, length * high) as f32;
-                Some(f64::from(*rest))
-            };
-            let rests = [
-                settle(&mut state.rest, lengths[0]),
-                settle(&mut state.cross_rest, lengths[1]),
-            ];
-            for (ends, rest) in [[u, v], across].into_iter().zip(rests) {
-                springs.extend(rest.map(|rest| Spring {
-                    ends: ends.map(|v| self.place(v)),
-                    along: mesh.site(ends[1]) - mesh.site(ends[0]),
-                    rest,
-                }));
-            }
-        }
-        for _ in 0..PASSES {
-            for spring in &springs {
-                // Fronts go where they are pushed, whatever stands behind them.
-                let [i, j] = spring.ends.map(|i| i.filter(|&i| self.ring[i] > 0));
-                let free = f64::from(u8::from(i.is_some()) + u8::from(j.is_some()));
-                let [from, to] = spring.ends.map(|i| i.map_or(DVec3::ZERO, |i| shift[i]));
-                let along = spring.along + to - from;
-                let length = along.length();
-                if free == 0.0 || length < 1e-9 {
+        let (low, high) = (1.0 - constants.yield_strain, 1.0 + constants.yield_strain);
+        let settle = |rest: f32, length: f64| {
+            let old = if rest > 0.0 { f64::from(rest) } else { length };
+            let relaxed = old + (length - old) * flow;
+            relaxed.clamp(length * low, length * high) as f32
+        };
+        let springs_at = |mesh: &SphereMesh<EdgeState>, vertices: &[u32]| {
+            let mut springs = Vec::with_capacity(7 * vertices.len());
+            let mut rests = Vec::with_capacity(4 * vertices.len());
+            for h in vertices.iter().flat_map(|&v| mesh.outgoing(v)) {
+                // Each edge once: by its origin where that lies in the margin, else by its other end.
+                let (u, v) = (mesh.origin(h), mesh.dest(h));
+                if h % 2 == 1 && place(v) != outside {
                     continue;
                 }
-                let excess = length - spring.rest;
-                let softness = if excess < 0.0 {
-                    constants.compliance / constants.compressed_ratio
-                } else {
-                    constants.compliance
-                };
-                let give = along * (excess / (length * (free + softness)));
-                if let Some(i) = i {
-                    shift[i] += give;
-                }
-                if let Some(j) = j {
-                    shift[j] -= give;
-                }
+                let across = [mesh.apex(h), mesh.apex(h ^ 1)];
+                let state = mesh.payload(h / 2);
+                let rest =
+                    [([u, v], state.rest), (across, state.cross_rest)].map(|(ends, rest)| {
+                        let [a, b] = ends;
+                        if plate[a as usize] != plate[b as usize] {
+                            return 0.0;
+                        }
+                        let along = mesh.site(b) - mesh.site(a);
+                        let rest = settle(rest, along.length());
+                        let ends = ends.map(place);
+                        let free = gives[ends[0] as usize] + gives[ends[1] as usize];
+                        if free > 0.0 {
+                            springs.push(Spring {
+                                ends,
+                                along,
+                                rest: f64::from(rest),
+                            });
+                        }
+                        rest
+                    });
+                rests.push((h / 2, rest));
+            }
+            (springs, rests)
+        };
+        let found = {
+            let mesh = &*mesh;
+            workers.run(self.vertices.chunks(FEW), |part| springs_at(mesh, part))
+        };
+        let mut springs = Vec::with_capacity(7 * self.vertices.len());
+        for (part, rests) in found {
+            springs.extend(part);
+            for (edge, [rest, cross_rest]) in rests {
+                let state = mesh.payload_mut(edge);
+                (state.rest, state.cross_rest) = (rest, cross_rest);
             }
         }
+        let stretched = constants.compliance;
+        let compressed = constants.compliance / constants.compressed_ratio;
+        for _ in 0..PASSES {
+            for spring in &springs {
+                let [i, j] = spring.ends.map(|place| place as usize);
+                let along = spring.along + shift[j] - shift[i];
+                let length = along.length();
+                let excess = length - spring.rest;
+                let softness = if excess < 0.0 { compressed } else { stretched };
+                let (from, to) = (gives[i], gives[j]);
+                let give = along * (excess / (length.max(1e-9) * (from + to + softness)));
+                shift[i] += give * from;
+                shift[j] -= give * to;
+            }
+        }
+        shift.pop();
     }
 
     /// Relative growth of the triangles of its plate around a vertex under the displacements: what lies

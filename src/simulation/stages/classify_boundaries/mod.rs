@@ -140,23 +140,34 @@ pub(in crate::simulation) fn smooth_strikes(
         strikes[u] += front.normal;
         strikes[v] -= front.normal;
     }
+    // Neighbours at fronts, each with its sign, and where each vertex's begin.
+    let around = workers.run(vertices.chunks(FEW), |vertices| {
+        let mut near: Vec<(u32, f64)> = Vec::with_capacity(4 * vertices.len());
+        let mut ends: Vec<u32> = Vec::with_capacity(vertices.len());
+        for &v in vertices {
+            for w in mesh.neighbours(v) {
+                if place[w as usize] != NONE {
+                    let own = plate[w as usize] == plate[v as usize];
+                    near.push((place[w as usize], if own { weight } else { -weight }));
+                }
+            }
+            ends.push(near.len() as u32);
+        }
+        (near, ends)
+    });
     for _ in 0..2 {
         let before = strikes.clone();
-        let parts = strikes.chunks_mut(FEW).zip(vertices.chunks(FEW));
-        workers.run(parts, |(strikes, vertices)| {
-            for (strike, &v) in strikes.iter_mut().zip(vertices) {
-                for w in mesh.neighbours(v) {
-                    let j = place[w as usize];
-                    if j == NONE {
-                        continue;
-                    }
-                    let sign = if plate[w as usize] == plate[v as usize] {
-                        weight
-                    } else {
-                        -weight
-                    };
-                    *strike += before[j as usize] * sign;
+        let parts = strikes
+            .chunks_mut(FEW)
+            .zip(vertices.chunks(FEW))
+            .zip(&around);
+        workers.run(parts, |((strikes, vertices), (near, ends))| {
+            let mut begin = 0;
+            for ((strike, &v), &end) in strikes.iter_mut().zip(vertices.iter()).zip(ends) {
+                for &(place, sign) in &near[begin..end as usize] {
+                    *strike += before[place as usize] * sign;
                 }
+                begin = end as usize;
                 let site = mesh.site(v);
                 *strike -= site * site.dot(*strike);
             }

@@ -67,9 +67,7 @@ pub(super) fn settle(
         }
     }
 
-    // Per pair, the polarity of its longest stretch of sea floor.
-    let mut longest: BTreeMap<(PlateId, PlateId), (f64, PlateId)> = BTreeMap::new();
-    let mut decided: Vec<Option<PlateId>> = vec![None; count];
+    let mut decided: Vec<Option<((PlateId, PlateId), PlateId)>> = vec![None; count];
     for (front, &stretch) in fronts.iter_mut().zip(&stretch_of) {
         front.under = None;
         let Some(number) = stretch else {
@@ -80,20 +78,27 @@ pub(super) fn settle(
             front.under = Some(usize::from(second));
             continue;
         }
-        let key = Contacts::key(front.plates[0], front.plates[1]);
         let of = &stretches[number];
-        let sinking = *decided[number].get_or_insert_with(|| {
+        let (_, sinking) = *decided[number].get_or_insert_with(|| {
+            let key = Contacts::key(front.plates[0], front.plates[1]);
             let before = contacts.0.get(&key).and_then(|contact| contact.subducting);
-            of.sinking(key, before, recipe.constants.boundaries.reversal)
+            let reversal = recipe.constants.boundaries.reversal;
+            (key, of.sinking(key, before, reversal))
         });
-        let best = longest.entry(key).or_insert((0.0, sinking));
-        if of.oceanic > best.0 {
-            *best = (of.oceanic, sinking);
-        }
         let under = usize::from(sinking != front.plates[0]);
         front.under = Some(under);
         if of.hanging[side_of(front, under)] > of.hanging[side_of(front, 1 - under)] {
             slab[front.vertices[under] as usize].0 = 0.0;
+        }
+    }
+    // Per pair, the polarity of its longest stretch of sea floor.
+    let mut longest: BTreeMap<(PlateId, PlateId), (f64, PlateId)> = BTreeMap::new();
+    for (stretch, decision) in stretches.iter().zip(decided) {
+        if let Some((key, sinking)) = decision {
+            let best = longest.entry(key).or_insert((0.0, sinking));
+            if stretch.oceanic > best.0 {
+                *best = (stretch.oceanic, sinking);
+            }
         }
     }
     for (key, (_, sinking)) in longest {

@@ -96,7 +96,11 @@ pub(in crate::simulation) fn absorb_splinters(
         next: &mut next,
     };
     let changed = if due || splits.suspected {
-        let smallest = if due { constants.smallest * sphere } else { 0.0 };
+        let smallest = if due {
+            constants.smallest * sphere
+        } else {
+            0.0
+        };
         estate.settle_all(plate, smallest);
         true
     } else {
