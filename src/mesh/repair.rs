@@ -1,5 +1,7 @@
 //! Restoring the Delaunay property after sites moved.
 
+use std::collections::BTreeMap;
+
 use thiserror::Error;
 
 use super::{Edge, EdgePayload, HalfEdge, SphereMesh, Vertex};
@@ -40,6 +42,12 @@ const FLIPS_PER_EDGE: usize = 64;
 
 /// Times a repair may reinsert vertices, beyond one in sixteen of all, before it starts anew.
 const REINSERTIONS: usize = 64;
+
+/// Reinsertions of one vertex after which its neighbours are reinserted with it ...
+const STUBBORN: u32 = 2;
+
+/// ... and after which a repair starts anew.
+const HOPELESS: u32 = 16;
 
 impl<E: EdgePayload> SphereMesh<E> {
     /// Makes the mesh Delaunay and returns the flips made, in order.
@@ -108,11 +116,12 @@ impl<E: EdgePayload> SphereMesh<E> {
         let mut suspects = queue.clone();
         let allowed = REINSERTIONS + self.vertex_count() / 16;
         let mut reinsertions = 0;
+        let mut again: BTreeMap<Vertex, u32> = BTreeMap::new();
         loop {
             let recorded = flips.len();
             let blocked = self.lawson(queue, flips)?;
             suspects.extend(flips[recorded..].iter().map(|flip| flip.edge));
-            let tangle: Vec<Vertex> = if let Some(&e) = blocked.first() {
+            let mut tangle: Vec<Vertex> = if let Some(&e) = blocked.first() {
                 let (a, b) = self.endpoints(e);
                 vec![a, b]
             } else if let Some(h) = self.first_inverted(&suspects) {
@@ -130,10 +139,21 @@ impl<E: EdgePayload> SphereMesh<E> {
                 return Ok(());
             };
             folded = true;
+            // Vertices that block each other in turn: what holds them lies around them.
+            let stubborn = tangle.iter().any(|v| again.get(v) > Some(&STUBBORN));
+            if stubborn {
+                let ring = tangle.iter().flat_map(|&v| self.neighbours(v));
+                let ring: Vec<Vertex> = ring.filter(|v| !tangle.contains(v)).collect();
+                tangle.extend(ring);
+                tangle.sort_unstable();
+                tangle.dedup();
+            }
             let recorded = flips.len();
             queue = blocked;
             for vertex in tangle {
-                if reinsertions == allowed {
+                let times = again.entry(vertex).or_insert(0);
+                *times += 1;
+                if reinsertions == allowed || *times > HOPELESS {
                     return Err(RepairError::Tangled { vertex });
                 }
                 reinsertions += 1;

@@ -3,6 +3,9 @@
 use super::{constants::StepConstants, events::TectonicEvent, recipe::Recipe};
 use bevy::prelude::*;
 
+/// The interval at which margins are bent is stated for this spacing, in km.
+const MARGIN_SPACING: f64 = 226.0;
+
 /// Where the history stands.
 #[derive(Resource, Debug, Clone, Default, PartialEq, Reflect)]
 #[reflect(Resource)]
@@ -105,8 +108,8 @@ impl Clock {
             .advance(self.step_my, geology, end || events > 0);
         self.reorganisation
             .advance(self.step_my, reorganisation, false);
-        self.margins
-            .advance(self.step_my, recipe.constants.margins.interval, false);
+        let bending = recipe.constants.margins.interval * recipe.spacing_km() / MARGIN_SPACING;
+        self.margins.advance(self.step_my, bending, false);
         self.refinement
             .advance(self.step_my, recipe.constants.refine.interval, false);
     }

@@ -32,9 +32,9 @@ const ROOM: f64 = 10.0;
 const FAR: u32 = NONE - 1;
 /// A cell that has shrunk to this share of the nominal one shrinks no further: it is about to be crushed.
 const LEAST_AREA: f64 = 0.25;
-/// Passes over the springs each time. What they do not settle now, the deviations carry on to the next time:
-/// a push reaches the far side of a margin of a dozen cells within some My.
-const PASSES: usize = 4;
+/// Passes over the springs each time, there and back. What they do not settle now, the deviations carry on to
+/// the next time: a push reaches the far side of a margin of a dozen cells within some My.
+const PASSES: usize = 1;
 /// Largest change of a cell's area at once.
 const LARGEST_STRAIN: f64 = 0.5;
 
@@ -354,18 +354,23 @@ impl Margin {
         }
         let stretched = constants.compliance;
         let compressed = constants.compliance / constants.compressed_ratio;
+        let project = |spring: &Spring, shift: &mut [DVec3]| {
+            let [i, j] = spring.ends.map(|place| place as usize);
+            let along = spring.along + shift[j] - shift[i];
+            let length = along.length();
+            let excess = length - spring.rest;
+            let softness = if excess < 0.0 { compressed } else { stretched };
+            let (from, to) = (gives[i], gives[j]);
+            let give = along * (excess / (length.max(1e-9) * (from + to + softness)));
+            shift[i] += give * from;
+            shift[j] -= give * to;
+        };
         for _ in 0..PASSES {
-            for spring in &springs {
-                let [i, j] = spring.ends.map(|place| place as usize);
-                let along = spring.along + shift[j] - shift[i];
-                let length = along.length();
-                let excess = length - spring.rest;
-                let softness = if excess < 0.0 { compressed } else { stretched };
-                let (from, to) = (gives[i], gives[j]);
-                let give = along * (excess / (length.max(1e-9) * (from + to + softness)));
-                shift[i] += give * from;
-                shift[j] -= give * to;
-            }
+            springs.iter().for_each(|spring| project(spring, shift));
+            springs
+                .iter()
+                .rev()
+                .for_each(|spring| project(spring, shift));
         }
         shift.pop();
     }

@@ -74,7 +74,7 @@ pub(in crate::simulation) fn absorb_splinters(
     mut sub_plates: Query<(&mut PlateId, &MaterialArea), With<SubPlate>>,
 ) -> Result<(), TectonicError> {
     let due = clock.reorganisation.due().is_some();
-    let cuts = core::mem::take(&mut splits.cuts);
+    let mut cuts = core::mem::take(&mut splits.cuts);
     if !splits.suspected && !due && cuts.is_empty() {
         return Ok(());
     }
@@ -106,9 +106,16 @@ pub(in crate::simulation) fn absorb_splinters(
     } else {
         let mut marks = [Marks::default(), Marks::default()];
         let mut changed = false;
-        for [a, b] in cuts {
-            if let Some(piece) = severed(mesh, plate, a, b, &mut marks) {
-                changed |= estate.found(plate, &piece) || estate.bequeath(plate, &piece).is_some();
+        for i in 0..cuts.len() {
+            let Some((side, piece)) = severed(mesh, plate, cuts[i], &mut marks) else {
+                continue;
+            };
+            changed |= estate.found(plate, &piece) || estate.bequeath(plate, &piece).is_some();
+            // What was cut from the piece elsewhere may be cut from the rest of the plate, too.
+            let rest = cuts[i][1 - side];
+            let gone = |v: &&mut u32| marks[side].is_marked(**v);
+            for [a, b] in &mut cuts[i + 1..] {
+                [a, b].into_iter().filter(gone).for_each(|v| *v = rest);
             }
         }
         changed
@@ -236,15 +243,14 @@ impl Estate<'_, '_, '_> {
     }
 }
 
-/// The smaller of the two pieces that hold two sub-plates of one plate, if they no longer hang together. Both
-/// grow side by side, so that the work is that of the smaller one.
+/// The smaller of the two pieces that hold two sub-plates of one plate, and which of the two it holds, if they
+/// no longer hang together. Both grow side by side, so that the work is that of the smaller one. It is marked.
 fn severed(
     mesh: &SphereMesh<EdgeState>,
     plate: &[PlateId],
-    a: u32,
-    b: u32,
+    [a, b]: [u32; 2],
     marks: &mut [Marks; 2],
-) -> Option<Vec<u32>> {
+) -> Option<(usize, Vec<u32>)> {
     let id = plate[a as usize];
     if a == b || plate[b as usize] != id {
         return None;
@@ -257,7 +263,7 @@ fn severed(
     for next in 0.. {
         for side in 0..2 {
             let Some(&v) = pieces[side].get(next) else {
-                return Some(core::mem::take(&mut pieces[side]));
+                return Some((side, core::mem::take(&mut pieces[side])));
             };
             for w in mesh.neighbours(v).filter(|&w| plate[w as usize] == id) {
                 if marks[1 - side].is_marked(w) {
