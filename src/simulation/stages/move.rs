@@ -119,20 +119,35 @@ pub(in crate::simulation) fn move_sub_plates(
 /// plate. Runs at the end of the step.
 pub(in crate::simulation) fn follow_plates(
     recipe: Res<Recipe>,
+    workers: Res<Workers>,
     mut splits: ResMut<Splits>,
     topology: Res<Topology>,
     plates: Query<(Entity, &Plate, &Rotation, &PlateBorn)>,
     mut sub_plates: Query<(&PlateId, &Deviation, &mut Velocity), With<SubPlate>>,
 ) -> Result<(), TectonicError> {
-    if !core::mem::take(&mut splits.regrouped) {
+    let moved = core::mem::take(&mut splits.moved);
+    let all = core::mem::take(&mut splits.regrouped);
+    if !all && moved.is_empty() {
         return Ok(());
     }
     let mesh = &topology.0;
     let (plate, deviation, mut velocity) = sub_plates.columns(mesh.vertex_count())?;
+    let velocity = velocity.bypass_change_detection();
     let plates = PlateTable::gather(plates.iter());
-    for (v, velocity) in velocity.bypass_change_detection().iter_mut().enumerate() {
+    let follow = |v: usize| {
         let rigid = plates.rotation(plate[v]).cross(mesh.site(v as u32)) * recipe.radius_km;
-        velocity.0 = (rigid + deviation[v].0.as_dvec3()).as_vec3();
+        Velocity((rigid + deviation[v].0.as_dvec3()).as_vec3())
+    };
+    if all {
+        workers.run(velocity.chunks_mut(CHUNK).enumerate(), |(part, rows)| {
+            for (i, velocity) in rows.iter_mut().enumerate() {
+                *velocity = follow(part * CHUNK + i);
+            }
+        });
+    } else {
+        for v in moved {
+            velocity[v as usize] = follow(v as usize);
+        }
     }
     Ok(())
 }

@@ -10,6 +10,7 @@ use super::super::{
     error::TectonicError,
     reach::reach,
     recipe::Recipe,
+    stages::resolve_collisions::edges_around,
     sub_plate::*,
     topology::{EdgeState, Topology},
 };
@@ -79,6 +80,8 @@ pub(in crate::simulation) fn refine(
 
     // Merge first: what it frees need not be split.
     let mut gone: Vec<u32> = Vec::new();
+    // Where the mesh has changed.
+    let mut changed: Vec<u32> = Vec::new();
     for v in 0..rows as u32 {
         let i = v as usize;
         if touched[i] || cells[i] >= constants.merge_below * targets[i] || !interior(mesh, v) {
@@ -98,9 +101,10 @@ pub(in crate::simulation) fn refine(
         area[heir].0 += area[i].0;
         thickness[heir].0 = volume / area[heir].0;
         mesh.collapse(h);
-        for w in ring {
+        for &w in &ring {
             touched[w as usize] = true;
         }
+        changed.extend(ring);
         touched[i] = true;
         gone.push(v);
     }
@@ -127,7 +131,7 @@ pub(in crate::simulation) fn refine(
         let volume = shares[0] * thickness[i].0 + shares[1] * thickness[j].0;
         area[i].0 -= shares[0];
         area[j].0 -= shares[1];
-        mesh.split_edge(h, site);
+        changed.push(mesh.split_edge(h, site));
         touched[i] = true;
         touched[j] = true;
         let tangent = |w: glam::Vec3| {
@@ -153,7 +157,8 @@ pub(in crate::simulation) fn refine(
             volcanism[i].mixed(shares[0], volcanism[j], shares[1]),
         ));
     }
-    mesh.repair_delaunay()
+    let queue = edges_around(mesh, &changed);
+    mesh.repair_locally(queue)
         .map_err(|source| TectonicError::Repair {
             time_my: clock.time_my,
             source,

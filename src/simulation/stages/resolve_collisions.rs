@@ -16,7 +16,7 @@ use super::{
         recipe::Recipe,
         stages::{
             Splits,
-            reorganize_plates::{cut_by_flips, cut_by_removal},
+            reorganize_plates::{cut_by_flips, cut_by_removal, hand_on},
         },
         sub_plate::*,
         topology::{EdgeState, Topology},
@@ -131,8 +131,17 @@ pub(in crate::simulation) fn resolve_collisions(
             };
             let ring: Vec<u32> = mesh.neighbours(v).collect();
             let own = ground.plate[v as usize];
+            let heir = ring
+                .iter()
+                .copied()
+                .find(|&w| ground.plate[w as usize] == own);
             // The last sub-plate of a plate takes the plate along.
-            splits.suspected |= ring.iter().all(|&w| ground.plate[w as usize] != own);
+            let others = || (0..).zip(&*ground.plate).filter(|(_, id)| **id == own);
+            splits.suspected |=
+                heir.is_none() && others().all(|(w, _)| w == v || mesh.is_detached(w));
+            for cuts in [&mut cuts, &mut splits.cuts] {
+                hand_on(cuts, v, heir);
+            }
             cuts.extend(cut_by_removal(&ring, own, ground.plate));
             judge.bury(
                 mesh,

@@ -38,6 +38,8 @@ pub struct Splits {
     pub regrouped: bool,
     /// Pairs of sub-plates that lost a connection and were not found to hang together nearby.
     pub(in crate::simulation) cuts: Vec<[u32; 2]>,
+    /// Sub-plates that splinters took to another plate in this step.
+    pub(in crate::simulation) moved: Vec<u32>,
 }
 
 impl Splits {
@@ -112,6 +114,19 @@ pub(in crate::simulation) fn cut_by_removal(
         .map(|i| ring[i])
         .collect();
     ends.windows(2).map(|pair| [pair[0], pair[1]]).collect()
+}
+
+/// Cuts of a sub-plate that leaves go on to one beside it; if it hung at nothing, to each other.
+pub(in crate::simulation) fn hand_on(cuts: &mut Vec<[u32; 2]>, gone: u32, heir: Option<u32>) {
+    let mut last = heir;
+    for pair in cuts.iter_mut().filter(|pair| pair.contains(&gone)) {
+        let other = if pair[0] == gone { pair[1] } else { pair[0] };
+        *pair = [last.unwrap_or(other), other];
+        if heir.is_none() {
+            last = Some(other);
+        }
+    }
+    cuts.retain(|[a, b]| a != b);
 }
 
 /// Area of each plate in km², in the order of the table.

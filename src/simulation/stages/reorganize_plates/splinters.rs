@@ -95,7 +95,10 @@ pub(in crate::simulation) fn absorb_splinters(
         contacts: &mut contacts,
         next: &mut next,
     };
-    let changed = if due || splits.suspected {
+    // What pieces that only change hands do to the areas of plates.
+    let mut shifts: Vec<(PlateId, f64)> = Vec::new();
+    let mut founded = false;
+    let regrouped = if due || splits.suspected {
         let smallest = if due {
             constants.smallest * sphere
         } else {
@@ -105,12 +108,18 @@ pub(in crate::simulation) fn absorb_splinters(
         true
     } else {
         let mut marks = [Marks::default(), Marks::default()];
-        let mut changed = false;
         for i in 0..cuts.len() {
             let Some((side, piece)) = severed(mesh, plate, cuts[i], &mut marks) else {
                 continue;
             };
-            changed |= estate.found(plate, &piece) || estate.bequeath(plate, &piece).is_some();
+            let from = plate[piece[0] as usize];
+            if estate.found(plate, &piece) {
+                founded = true;
+            } else if let Some(heir) = estate.bequeath(plate, &piece) {
+                let size = estate.size(&piece);
+                shifts.extend([(from, -size), (heir, size)]);
+                splits.moved.extend(&piece);
+            }
             // What was cut from the piece elsewhere may be cut from the rest of the plate, too.
             let rest = cuts[i][1 - side];
             let gone = |v: &&mut u32| marks[side].is_marked(**v);
@@ -118,10 +127,17 @@ pub(in crate::simulation) fn absorb_splinters(
                 [a, b].into_iter().filter(gone).for_each(|v| *v = rest);
             }
         }
-        changed
+        founded
     };
     splits.suspected = false;
-    if !changed {
+    for (id, size) in shifts {
+        let mut areas = plates.p1();
+        let row = table.rows().iter().find(|row| row.id == id);
+        if let Some(mut area) = row.and_then(|row| areas.get_mut(row.entity).ok()) {
+            area.0 += size;
+        }
+    }
+    if !regrouped {
         return Ok(());
     }
     splits.regrouped = true;
@@ -198,10 +214,14 @@ impl Estate<'_, '_, '_> {
         }
     }
 
+    /// Area of a piece in km².
+    fn size(&self, piece: &[u32]) -> f64 {
+        piece.iter().map(|&v| self.area[v as usize].0).sum()
+    }
+
     /// Makes a large piece a plate of its own; whether it is one now.
     fn found(&mut self, plate: &mut [PlateId], piece: &[u32]) -> bool {
-        let size: f64 = piece.iter().map(|&v| self.area[v as usize].0).sum();
-        if size <= self.orphan {
+        if self.size(piece) <= self.orphan {
             return false;
         }
         let Some(new) = self.next.take() else {
