@@ -91,13 +91,13 @@ pub(in crate::simulation) fn bend_margins(
     }
     // Displacements until the next time, in radii, relative to the plate's rigid rotation.
     let kept = libm::exp(-time / constants.drag);
-    let mut shift: Vec<DVec3> = margin
+    let mut shift: Vec<Vec3> = margin
         .vertices
         .iter()
-        .map(|&v| deviation[v as usize].0.as_dvec3() * (kept * time / radius))
+        .map(|&v| deviation[v as usize].0 * (kept * time / radius) as f32)
         .collect();
     for &(v, push) in &pushes {
-        shift[margin.place[v as usize] as usize] = push * (time / radius);
+        shift[margin.place[v as usize] as usize] = (push * (time / radius)).as_vec3();
     }
     margin.relax_springs(&recipe, &workers, mesh, plate, &mut shift, time);
 
@@ -105,9 +105,10 @@ pub(in crate::simulation) fn bend_margins(
         let site = mesh.site(v);
         // Fronts are as soft as their springs; plates stiffen across the margin's width.
         let inland = (f64::from(ring) * recipe.spacing_km() / constants.width.max(1.0)).min(1.0);
-        let soft = *shift * (1.0 - constants.rigidity * inland);
-        *shift = soft - site * site.dot(soft);
-        let speed = *shift * (radius / time);
+        let soft = shift.as_dvec3() * (1.0 - constants.rigidity * inland);
+        let soft = soft - site * site.dot(soft);
+        *shift = soft.as_vec3();
+        let speed = soft * (radius / time);
         let still = speed.length() < STILL;
         deviation[v as usize].0 = if still { Vec3::ZERO } else { speed.as_vec3() };
     }
@@ -204,12 +205,13 @@ fn cordillera_pushes(
     pushes
 }
 
-/// A spring between two places in the margin.
+/// A spring between two places in the margin. Small, because they are many: single precision is a ten
+/// millionth of its length.
 struct Spring {
     ends: [u32; 2],
     /// From one end to the other, in radii.
-    along: DVec3,
-    rest: f64,
+    along: Vec3,
+    rest: f32,
 }
 
 /// The sub-plates that may leave their plate's rigid rotation in this step.
@@ -254,13 +256,16 @@ impl Margin {
         for (v, deviation) in deviation.iter().enumerate() {
             if deviation.0 != Vec3::ZERO && place[v] == NONE {
                 place[v] = FAR;
-                vertices.push(v as u32);
             }
         }
-        vertices.sort_unstable();
-        let ring = vertices.iter().map(|&v| place[v as usize]).collect();
-        for (i, &v) in vertices.iter().enumerate() {
-            place[v as usize] = i as u32;
+        // In the order of their rows.
+        vertices.clear();
+        let mut ring = Vec::new();
+        for (place, v) in place.iter_mut().zip(0..) {
+            if *place != NONE {
+                ring.push(core::mem::replace(place, vertices.len() as u32));
+                vertices.push(v);
+            }
         }
         Self {
             vertices,
@@ -282,19 +287,15 @@ impl Margin {
         workers: &Workers,
         mesh: &mut SphereMesh<EdgeState>,
         plate: &[PlateId],
-        shift: &mut Vec<DVec3>,
+        shift: &mut Vec<Vec3>,
         time: f64,
     ) {
         let constants = &recipe.constants.margins;
         // Fronts go where they are pushed, whatever stands behind them, and so does nothing outside, which
         // is one more place.
-        let mut gives: Vec<f64> = self
-            .ring
-            .iter()
-            .map(|&ring| f64::from(ring.min(1)))
-            .collect();
+        let mut gives: Vec<f32> = self.ring.iter().map(|&ring| ring.min(1) as f32).collect();
         gives.push(0.0);
-        shift.push(DVec3::ZERO);
+        shift.push(Vec3::ZERO);
         let outside = self.vertices.len() as u32;
         let place = |v: u32| self.place[v as usize].min(outside);
 
@@ -330,8 +331,8 @@ impl Margin {
                         if free > 0.0 {
                             springs.push(Spring {
                                 ends,
-                                along,
-                                rest: f64::from(rest),
+                                along: along.as_vec3(),
+                                rest,
                             });
                         }
                         rest
@@ -344,17 +345,13 @@ impl Margin {
             let mesh = &*mesh;
             workers.run(self.vertices.chunks(FEW), |part| springs_at(mesh, part))
         };
-        let mut springs = Vec::with_capacity(7 * self.vertices.len());
-        for (part, rests) in found {
-            springs.extend(part);
-            for (edge, [rest, cross_rest]) in rests {
-                let state = mesh.payload_mut(edge);
-                (state.rest, state.cross_rest) = (rest, cross_rest);
-            }
+        for (edge, [rest, cross_rest]) in found.iter().flat_map(|(_, rests)| rests) {
+            let state = mesh.payload_mut(*edge);
+            (state.rest, state.cross_rest) = (*rest, *cross_rest);
         }
-        let stretched = constants.compliance;
-        let compressed = constants.compliance / constants.compressed_ratio;
-        let project = |spring: &Spring, shift: &mut [DVec3]| {
+        let stretched = constants.compliance as f32;
+        let compressed = (constants.compliance / constants.compressed_ratio) as f32;
+        let project = |spring: &Spring, shift: &mut [Vec3]| {
             let [i, j] = spring.ends.map(|place| place as usize);
             let along = spring.along + shift[j] - shift[i];
             let length = along.length();
@@ -366,11 +363,13 @@ impl Margin {
             shift[j] -= give * to;
         };
         for _ in 0..PASSES {
-            springs.iter().for_each(|spring| project(spring, shift));
-            springs
+            let there = found.iter().flat_map(|(springs, _)| springs);
+            there.for_each(|spring| project(spring, shift));
+            let back = found
                 .iter()
                 .rev()
-                .for_each(|spring| project(spring, shift));
+                .flat_map(|(springs, _)| springs.iter().rev());
+            back.for_each(|spring| project(spring, shift));
         }
         shift.pop();
     }
@@ -381,10 +380,15 @@ impl Margin {
         &self,
         mesh: &SphereMesh<EdgeState>,
         plate: &[PlateId],
-        shift: &[DVec3],
+        shift: &[Vec3],
         v: u32,
     ) -> f64 {
-        let moved = |w: u32| mesh.site(w) + self.place(w).map_or(DVec3::ZERO, |place| shift[place]);
+        let moved = |w: u32| {
+            mesh.site(w)
+                + self
+                    .place(w)
+                    .map_or(DVec3::ZERO, |place| shift[place].as_dvec3())
+        };
         let (mut before, mut after) = (0.0, 0.0);
         for h in mesh.outgoing(v) {
             let [a, b, c] = mesh.triangle_vertices(h);
