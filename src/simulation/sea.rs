@@ -1,7 +1,8 @@
 //! The sea: a fixed volume of water over changing ground.
 
-use super::sub_plate::MaterialArea;
+use super::{sub_plate::MaterialArea, workers::Workers};
 use bevy::prelude::*;
+use glam::DVec3;
 
 /// Water of the planet, and where its surface stands.
 #[derive(Resource, Debug, Clone, Copy, Default, PartialEq, Reflect)]
@@ -37,21 +38,31 @@ impl Sea {
             mean_depth: 0.0,
             level,
         };
-        sea.mean_depth = sea.depth_at(level, heights, area).0;
+        sea.mean_depth = sea.depth_at(&Workers::default(), level, heights, area).0;
         sea
     }
 
     /// Mean depth in m over the sphere if the surface stood at `level`, and the share that is wet.
-    fn depth_at(&self, level: f64, heights: &[f64], area: &[MaterialArea]) -> (f64, f64) {
-        let (mut volume, mut wet, mut whole) = (0.0, 0.0, 0.0);
-        for (height, area) in heights.iter().zip(area) {
-            whole += area.0;
-            if *height < level {
-                volume += (level - height) * area.0;
-                wet += area.0;
+    fn depth_at(
+        &self,
+        workers: &Workers,
+        level: f64,
+        heights: &[f64],
+        area: &[MaterialArea],
+    ) -> (f64, f64) {
+        let parts = workers.map(heights.len(), |rows| {
+            let (mut volume, mut wet, mut whole) = (0.0, 0.0, 0.0);
+            for (height, area) in heights[rows.clone()].iter().zip(&area[rows]) {
+                whole += area.0;
+                if *height < level {
+                    volume += (level - height) * area.0;
+                    wet += area.0;
+                }
             }
-        }
-        (volume / whole, wet / whole)
+            DVec3::new(volume, wet, whole)
+        });
+        let sum: DVec3 = parts.into_iter().sum();
+        (sum.x / sum.z, sum.y / sum.z)
     }
 
     /// Finds the level at which the water fits, given the height of every sub-plate in m above the
@@ -60,9 +71,9 @@ impl Sea {
     ///
     /// Newton's method on a convex, increasing function: from any start it is on the safe side after
     /// one step.
-    pub fn settle(&mut self, heights: &[f64], area: &[MaterialArea]) {
+    pub(super) fn settle(&mut self, workers: &Workers, heights: &[f64], area: &[MaterialArea]) {
         for _ in 0..32 {
-            let (depth, wet) = self.depth_at(self.level, heights, area);
+            let (depth, wet) = self.depth_at(workers, self.level, heights, area);
             let step = (self.mean_depth - depth) / wet.max(1e-3);
             self.level += step;
             if step.abs() < 1e-6 {
@@ -82,8 +93,14 @@ mod tests {
         let mut sea = Sea::for_land_share(&[-4000.0, -4000.0, -100.0, 500.0], &area, 0.25);
         let depth = sea.mean_depth;
         let raised = [-4000.0, -2000.0, -100.0, 500.0];
-        sea.settle(&raised, &area);
-        assert!((sea.depth_at(sea.level, &raised, &area).0 - depth).abs() < 1e-3);
+        sea.settle(&Workers::default(), &raised, &area);
+        assert!(
+            (sea.depth_at(&Workers::default(), sea.level, &raised, &area)
+                .0
+                - depth)
+                .abs()
+                < 1e-3
+        );
         assert!(sea.level > 0.0);
     }
 }

@@ -18,6 +18,7 @@ use super::super::{
     stages::hot_spots::volcano_height,
     sub_plate::*,
     topology::{EdgeState, Topology},
+    workers::Workers,
 };
 use super::wear::{swell, wear_by_elevation, wear_by_rain};
 use crate::mesh::SphereMesh;
@@ -36,6 +37,7 @@ const VOLCANO_MEAN: f64 = 1.0 / 6.0;
 pub(in crate::simulation) fn erode(
     recipe: Res<Recipe>,
     clock: Res<Clock>,
+    workers: Res<Workers>,
     topology: Res<Topology>,
     mut ledger: ResMut<Ledger>,
     sea: Res<Sea>,
@@ -65,7 +67,7 @@ pub(in crate::simulation) fn erode(
     let growth = ledger.growth(continental_volume(crust, thickness, area));
     let lost = match recipe.laws.erosion {
         ErosionLaw::BaseLevel => {
-            let inland = Inland::measure(&recipe, mesh, plate, crust, trench);
+            let inland = Inland::measure(&recipe, &workers, mesh, plate, crust, trench);
             let constants = &recipe.constants.erosion;
             let share = (constants.lost + constants.lost_feedback * growth).clamp(0.0, 1.0);
             wear_to_base_level(
@@ -92,7 +94,7 @@ pub(in crate::simulation) fn erode(
         trench,
         volcanism,
     };
-    margins.build_out(&mut ledger, growth, clock.time_my, time, lost);
+    margins.build_out(&workers, &mut ledger, growth, clock.time_my, time, lost);
     Ok(())
 }
 
@@ -173,6 +175,7 @@ impl OldMargins<'_> {
     /// island chains.
     fn build_out(
         &mut self,
+        workers: &Workers,
         ledger: &mut Ledger,
         growth: f64,
         now: f64,
@@ -184,23 +187,27 @@ impl OldMargins<'_> {
         let thrift = (1.0 - self.recipe.constants.uplift.arc_feedback * growth).clamp(0.0, 1.0);
         let target = self.recipe.constants.uplift.arc_accretion;
         let missing = target - self.recipe.constants.ridges.oceanic_thickness;
-        let mut grown = Vec::new();
-        for v in 0..self.crust.len() {
+        // Ripe floor beside land, with its speed of growth.
+        let ripe_at = |v: usize| {
             let ripe = (now - f64::from(self.created[v].0) - constants.margin_age) / MARGIN_RIPE;
             // A trench swallows what rivers bring, unless it has hardly moved for an age.
             let swallowed = self.trench[v].0 > 0.0 && ripe < STALLED;
             if self.crust[v].is_continental() || ripe <= 0.0 || swallowed {
-                continue;
+                return None;
             }
             let (mut land, mut degree) = (0.0, 0.0);
             for w in self.mesh.neighbours(v as u32) {
                 degree += 1.0;
                 land += f64::from(u8::from(self.crust[w as usize].is_continental()));
             }
-            if land == 0.0 {
-                continue;
-            }
             let speed = thrift * constants.margin_growth * ripe * ripe * 2.0 * land / degree;
+            (land > 0.0).then_some((v, speed))
+        };
+        let found = workers.map(self.crust.len(), |rows| {
+            rows.filter_map(ripe_at).collect::<Vec<(usize, f64)>>()
+        });
+        let mut grown = Vec::new();
+        for (v, speed) in found.into_iter().flatten() {
             let rate = missing * speed / self.recipe.spacing_km();
             let layer = (rate * time).min(missing).min(sediment / self.area[v].0);
             self.thickness[v].0 += layer;
@@ -225,31 +232,34 @@ struct Inland {
 impl Inland {
     fn measure(
         recipe: &Recipe,
+        workers: &Workers,
         mesh: &SphereMesh<EdgeState>,
         plate: &[PlateId],
         crust: &[Crust],
         trench: &[Trench],
     ) -> Self {
         let half = 0.5 * recipe.spacing_km();
-        let mut sources = Vec::new();
-        let mut passive = Vec::new();
-        for v in 0..crust.len() as u32 {
-            if !crust[v as usize].is_continental() {
-                continue;
+        let found = workers.map(crust.len(), |rows| {
+            let mut edge = Vec::new();
+            for v in rows.start as u32..rows.end as u32 {
+                if !crust[v as usize].is_continental() {
+                    continue;
+                }
+                let mut at_edge = false;
+                let mut active = false;
+                for w in mesh.neighbours(v) {
+                    let sea_floor = !crust[w as usize].is_continental();
+                    at_edge |= sea_floor;
+                    active |= sea_floor
+                        && (plate[w as usize] != plate[v as usize] || trench[w as usize].0 > 0.0);
+                }
+                if at_edge {
+                    edge.push(((v, half), !active));
+                }
             }
-            let mut at_edge = false;
-            let mut active = false;
-            for w in mesh.neighbours(v) {
-                let sea_floor = !crust[w as usize].is_continental();
-                at_edge |= sea_floor;
-                active |= sea_floor
-                    && (plate[w as usize] != plate[v as usize] || trench[w as usize].0 > 0.0);
-            }
-            if at_edge {
-                sources.push((v, half));
-                passive.push(!active);
-            }
-        }
+            edge
+        });
+        let (sources, passive): (Vec<_>, Vec<_>) = found.into_iter().flatten().unzip();
         let mut inland = Self {
             distance: vec![FAR_INLAND; crust.len()],
             passive: vec![false; crust.len()],
@@ -329,6 +339,7 @@ pub(in crate::simulation) fn sea_floor_height(
 pub(in crate::simulation) fn settle(
     recipe: Res<Recipe>,
     clock: Res<Clock>,
+    workers: Res<Workers>,
     topology: Res<Topology>,
     mut sea: ResMut<Sea>,
     mut sub_plates: Query<
@@ -353,18 +364,19 @@ pub(in crate::simulation) fn settle(
         sub_plates.columns(mesh.vertex_count())?;
     let elevation = elevation.bypass_change_detection();
     let constants = &recipe.constants.erosion;
-    let rise = continental_rise(&recipe, mesh, plate, crust);
-    let mut heights: Vec<f64> = (0..crust.len())
-        .map(|v| {
-            if crust[v].is_continental() {
-                return continental_height(constants, thickness[v].0) - f64::from(trench[v].0);
-            }
-            let age = clock.time_my - f64::from(created[v].0);
-            let trench = f64::from(trench[v].0);
-            let floor = thickness[v].0 - f64::from(volcanism[v].pile_km);
-            sea_floor_height(&recipe, age, floor, rise[v], trench)
-        })
-        .collect();
+    let rise = continental_rise(&recipe, &workers, mesh, plate, crust);
+    let height = |v: usize| {
+        if crust[v].is_continental() {
+            return continental_height(constants, thickness[v].0) - f64::from(trench[v].0);
+        }
+        let age = clock.time_my - f64::from(created[v].0);
+        let trench = f64::from(trench[v].0);
+        let floor = thickness[v].0 - f64::from(volcanism[v].pile_km);
+        sea_floor_height(&recipe, age, floor, rise[v], trench)
+    };
+    let heights = workers.map(crust.len(), |rows| rows.map(height).collect::<Vec<f64>>());
+    let mut heights = heights.concat();
+
     if recipe.laws.erosion == ErosionLaw::Cortial {
         swell(&recipe, mesh, &mut heights);
     }
@@ -381,7 +393,7 @@ pub(in crate::simulation) fn settle(
         .enumerate()
         .map(|(v, height)| height + VOLCANO_MEAN * volcanoes(v))
         .collect();
-    sea.settle(&means, area);
+    sea.settle(&workers, &means, area);
     for (v, (elevation, height)) in elevation.iter_mut().zip(heights).enumerate() {
         elevation.0 = (height + volcanoes(v) - sea.level) as f32;
     }
@@ -391,6 +403,7 @@ pub(in crate::simulation) fn settle(
 /// Thickness of the wedge of sediment at the foot of passive margins, in m, full when it is old.
 pub(in crate::simulation) fn continental_rise(
     recipe: &Recipe,
+    workers: &Workers,
     mesh: &SphereMesh<EdgeState>,
     plate: &[PlateId],
     crust: &[Crust],
@@ -401,15 +414,18 @@ pub(in crate::simulation) fn continental_rise(
         return rise;
     }
     let half = 0.5 * recipe.spacing_km();
-    let sources: Vec<(u32, f64)> = (0..crust.len() as u32)
-        .filter(|&v| {
-            !crust[v as usize].is_continental()
-                && mesh.neighbours(v).any(|w| {
-                    crust[w as usize].is_continental() && plate[w as usize] == plate[v as usize]
-                })
-        })
-        .map(|v| (v, half))
-        .collect();
+    let foot = |v: u32| {
+        !crust[v as usize].is_continental()
+            && mesh.neighbours(v).any(|w| {
+                crust[w as usize].is_continental() && plate[w as usize] == plate[v as usize]
+            })
+    };
+    let sources = workers.map(crust.len(), |rows| {
+        let rows = (rows.start as u32..rows.end as u32).filter(|&v| foot(v));
+        rows.map(|v| (v, half)).collect::<Vec<(u32, f64)>>()
+    });
+    let sources = sources.concat();
+
     let found = reach(
         mesh,
         recipe.radius_km,

@@ -4,7 +4,7 @@
 //! a balance of the torques of all forces at the fronts ([`torque_balance`]) and of the slow convection
 //! under continents ([`mantle`]), the mantle's flow
 //! towards foundering sea floor ([`foundering`], its flow in [`foundering_flow`]), or rotations that plates
-//! keep ([`prescribed`]). Springs hold the soft margins ([`margins`]). Each is a system of its own in
+//! keep ([`prescribed`]). Fronts push the soft margins ([`margins`]), and [`springs`] hold them. Each is a system of its own in
 //! [`TectonicSystems::ApplyForces`](super::super::TectonicSystems).
 
 pub(in crate::simulation) mod drag;
@@ -14,6 +14,7 @@ pub(in crate::simulation) mod mantle;
 pub(in crate::simulation) mod margins;
 pub(in crate::simulation) mod prescribed;
 pub(in crate::simulation) mod slabs;
+mod springs;
 pub(in crate::simulation) mod torque_balance;
 
 use super::super::recipe::{Drive, Recipe};
