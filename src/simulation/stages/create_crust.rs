@@ -24,7 +24,7 @@ use super::super::{
 use crate::mesh::{EditError, SphereMesh};
 use bevy::prelude::*;
 use glam::DVec3;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A segment is at least this many spacings long: shorter ones cannot be drawn.
 const SEGMENT_SPACINGS: f64 = 2.0;
@@ -70,7 +70,7 @@ pub(in crate::simulation) fn create_crust(
     let thickness = thickness.bypass_change_detection();
     let plates = PlateTable::gather(plates.iter());
     let gaps = find_gaps(mesh, &recipe, &boundaries, &plates, plate, area);
-    let segments = Segments::gather(&gaps, &recipe, &boundaries, &plates);
+    let segments = Segments::gather(&gaps, &recipe, &boundaries, &plates, plate);
 
     let constants = &recipe.constants.ridges;
     let spacing = recipe.spacing_km();
@@ -273,24 +273,32 @@ impl<'a> Segments<'a> {
         recipe: &'a Recipe,
         boundaries: &'a Boundaries,
         plates: &'a PlateTable,
+        plate: &[PlateId],
     ) -> Self {
         let mut segments = Self {
             recipe,
             plates,
             fronts: BTreeMap::new(),
         };
-        if gaps.iter().all(|gap| gap.motion.opening <= 0.0) {
-            return segments;
-        }
-        let mut poles: BTreeMap<(PlateId, PlateId), DVec3> = BTreeMap::new();
-        for front in boundaries.fronts.iter().filter(|front| front.opening > 0.0) {
-            let (first, second) = Contacts::key(front.plates[0], front.plates[1]);
-            let pole = *poles
-                .entry((first, second))
-                .or_insert_with(|| segments.pole(first, second));
-            let stripe = segments.stripe(pole, front.midpoint);
-            let segment = segments.fronts.entry((first, second, stripe));
-            segment.or_default().push(front);
+        // Only of ridges that are to grow in this step.
+        let pair = |gap: &Gap| {
+            let of = gap.corners.map(|v| plate[v as usize]);
+            let (first, second) = (of.iter().min().copied(), of.iter().max().copied());
+            (first.unwrap_or_default(), second.unwrap_or_default())
+        };
+        let grow = gaps.iter().filter(|gap| gap.motion.opening > 0.0);
+        let pairs: BTreeSet<(PlateId, PlateId)> = grow.map(pair).collect();
+        for run in (boundaries.fronts).chunk_by(|a, b| a.plates == b.plates) {
+            let (first, second) = Contacts::key(run[0].plates[0], run[0].plates[1]);
+            if !pairs.contains(&(first, second)) {
+                continue;
+            }
+            let pole = segments.pole(first, second);
+            for front in run.iter().filter(|front| front.opening > 0.0) {
+                let stripe = segments.stripe(pole, front.midpoint);
+                let segment = segments.fronts.entry((first, second, stripe));
+                segment.or_default().push(front);
+            }
         }
         segments
     }
