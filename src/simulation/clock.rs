@@ -42,6 +42,11 @@ pub struct Tick {
 }
 
 impl Tick {
+    /// A clock that has already waited for a part of its interval.
+    pub(super) fn after(waited: f64) -> Self {
+        Self { waited, due: None }
+    }
+
     fn advance(&mut self, step: f64, interval: f64, last: bool) {
         self.waited += step;
         self.due = (self.waited >= interval || last).then_some(self.waited);

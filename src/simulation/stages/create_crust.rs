@@ -20,6 +20,7 @@ use super::super::{
     stages::{Splits, reorganize_plates::cut_by_flips},
     sub_plate::*,
     topology::{EdgeState, Topology},
+    workers::{FEW, Workers},
 };
 use crate::mesh::{EditError, SphereMesh};
 use bevy::prelude::*;
@@ -47,6 +48,7 @@ pub(in crate::simulation) fn create_crust(
     mut commands: Commands,
     recipe: Res<Recipe>,
     clock: Res<Clock>,
+    workers: Res<Workers>,
     boundaries: Res<Boundaries>,
     mut topology: ResMut<Topology>,
     mut ledger: ResMut<Ledger>,
@@ -69,7 +71,7 @@ pub(in crate::simulation) fn create_crust(
         sub_plates.columns(mesh.vertex_count())?;
     let thickness = thickness.bypass_change_detection();
     let plates = PlateTable::gather(plates.iter());
-    let gaps = find_gaps(mesh, &recipe, &boundaries, &plates, plate, area);
+    let gaps = find_gaps(&workers, mesh, &recipe, &boundaries, &plates, plate, area);
     let segments = Segments::gather(&gaps, &recipe, &boundaries, &plates, plate);
 
     let constants = &recipe.constants.ridges;
@@ -168,6 +170,7 @@ struct Child {
 
 /// Triangles across plates whose circumcircles are wide enough to take a new sub-plate.
 fn find_gaps(
+    workers: &Workers,
     mesh: &SphereMesh<EdgeState>,
     recipe: &Recipe,
     boundaries: &Boundaries,
@@ -186,15 +189,23 @@ fn find_gaps(
         .collect();
     triangles.sort_unstable();
     triangles.dedup();
+    // Hardly any is wide enough.
+    let size = |h: u32| {
+        let corners = mesh.triangle_vertices(h);
+        let area = corners.iter().map(|&v| area[v as usize].0).sum::<f64>() / 3.0;
+        (mesh.circumradius(h) * recipe.radius_km, area.sqrt())
+    };
+    let wide = workers.run(triangles.chunks(FEW), |part| {
+        let sized = part.iter().map(|&h| (h, size(h)));
+        sized
+            .filter(|(_, (radius, spacing))| *radius > base * spacing)
+            .collect::<Vec<_>>()
+    });
 
     let mut gaps: Vec<Gap> = Vec::new();
-    for h in triangles {
+    for (h, (radius, spacing)) in wide.into_iter().flatten() {
         let corners = mesh.triangle_vertices(h);
-        let spacing = (corners.iter().map(|&v| area[v as usize].0).sum::<f64>() / 3.0).sqrt();
-        let radius = mesh.circumradius(h) * recipe.radius_km;
-        if radius <= base * spacing {
-            continue;
-        }
+
         let (motion, strike) =
             opening_of(mesh, recipe.radius_km, boundaries, plates, plate, corners);
         let factor = if motion.opening <= 0.0 {

@@ -17,7 +17,7 @@ pub use imported::{
 };
 
 use super::{
-    clock::Clock,
+    clock::{Clock, Tick},
     error::TectonicError,
     events::{self, EventLog},
     hot_spot::HotSpot,
@@ -118,8 +118,12 @@ pub fn populate(world: &mut World, recipe: &Recipe) -> Result<(), TectonicError>
     }
     world.spawn_batch(rows);
     world.spawn_batch(HotSpot::scattered(recipe));
+    let constants = &recipe.constants;
     world.insert_resource(Clock {
         fastest,
+        // Slow stages in turn, so that no step has to wait for all of them.
+        reorganisation: Tick::after(0.25 * constants.step.reorganisation),
+        refinement: Tick::after(0.6 * constants.refine.interval),
         ..default()
     });
     world.insert_resource(NextPlateId(rotations.len() as u16 + 1));
