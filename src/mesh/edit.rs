@@ -201,16 +201,18 @@ impl<E: EdgePayload> SphereMesh<E> {
         }
         let moved = |h: HalfEdge| 2 * place[h as usize / 2] + h % 2;
         let halves = || order.iter().flat_map(|&e| [2 * e, 2 * e + 1]);
-        let origin = halves().map(|h| self.origin(h)).collect();
-        let next = halves().map(|h| moved(self.next(h))).collect();
-        let payload = order
+        // One after the other, so that only one lies in memory twice.
+        self.origin = halves().map(|h| self.origin(h)).collect();
+        self.next = halves().map(|h| moved(self.next(h))).collect();
+        self.payload = order
             .iter()
             .map(|&e| std::mem::take(&mut self.payload[e as usize]))
             .collect();
+
         for h in self.vertex_edge.iter_mut().filter(|h| **h != NONE) {
             *h = moved(*h);
         }
-        (self.origin, self.next, self.payload) = (origin, next, payload);
+
         self.free.clear();
     }
 

@@ -43,14 +43,16 @@ pub(in crate::simulation) fn sort_rows(world: &mut World) {
     if away {
         order.reverse();
     }
-    let entities = order.iter().map(|&vertex| rows[vertex as usize]);
     if away {
+        let entities = order.iter().map(|&vertex| rows[vertex as usize]);
         let marked: Vec<(Entity, Sorted)> = entities.map(|entity| (entity, Sorted)).collect();
+        drop(rows);
         world.insert_batch(marked);
     } else {
-        for entity in entities {
-            world.entity_mut(entity).remove::<Sorted>();
+        for &vertex in &order {
+            world.entity_mut(rows[vertex as usize]).remove::<Sorted>();
         }
+        drop(rows);
     }
     world.resource_mut::<SortedTable>().0 = away;
     world.resource_mut::<Topology>().0.renumber(&order);
