@@ -3,8 +3,8 @@
 use super::{constants::StepConstants, events::TectonicEvent, recipe::Recipe};
 use bevy::prelude::*;
 
-/// The interval at which margins are bent is stated for this spacing, in km.
-const MARGIN_SPACING: f64 = 226.0;
+/// Intervals that follow from how far crust moves in them are stated for this spacing, in km.
+const SPACING: f64 = 226.0;
 
 /// Where the history stands.
 #[derive(Resource, Debug, Clone, Default, PartialEq, Reflect)]
@@ -113,9 +113,10 @@ impl Clock {
             .advance(self.step_my, geology, end || events > 0);
         self.reorganisation
             .advance(self.step_my, reorganisation, false);
-        let bending = recipe.constants.margins.interval * recipe.spacing_km() / MARGIN_SPACING;
+        let scale = recipe.spacing_km() / SPACING;
+        let bending = recipe.constants.margins.interval * scale;
         self.margins.advance(self.step_my, bending, false);
-        self.refinement
-            .advance(self.step_my, recipe.constants.refine.interval, false);
+        let refinement = recipe.constants.refine.interval * scale;
+        self.refinement.advance(self.step_my, refinement, false);
     }
 }

@@ -13,6 +13,7 @@ use super::super::{
     stages::resolve_collisions::edges_around,
     sub_plate::*,
     topology::{EdgeState, Topology},
+    workers::Workers,
 };
 use crate::mesh::SphereMesh;
 use bevy::prelude::*;
@@ -43,6 +44,7 @@ pub(in crate::simulation) fn refine(
     mut commands: Commands,
     recipe: Res<Recipe>,
     clock: Res<Clock>,
+    workers: Res<Workers>,
     mut topology: ResMut<Topology>,
     mut sub_plates: Query<RefineColumns, With<SubPlate>>,
 ) -> Result<(), TectonicError> {
@@ -70,7 +72,7 @@ pub(in crate::simulation) fn refine(
     let volcanism = volcanism.bypass_change_detection();
     let constants = &recipe.constants.refine;
     let targets = targets(&recipe, mesh, plate, crust, elevation);
-    let cells = shares_of_triangles(mesh, recipe.radius_km);
+    let cells = shares_of_triangles(&workers, mesh, recipe.radius_km);
     let rows = cells.len();
     let mut touched = vec![false; rows];
     let interior = |mesh: &SphereMesh<EdgeState>, v: u32| {
@@ -172,17 +174,23 @@ pub(in crate::simulation) fn refine(
 
 /// Area around every vertex in km²: a third of each triangle. Close to that of its cell, at a tenth
 /// of the cost.
-fn shares_of_triangles(mesh: &SphereMesh<EdgeState>, radius: f64) -> Vec<f64> {
-    let mut areas = vec![0.0; mesh.vertex_count()];
-    for h in mesh.triangles() {
-        let corners = mesh.triangle_vertices(h);
-        let [a, b, c] = corners.map(|v| mesh.site(v));
-        let share = (b - a).cross(c - a).length() * radius * radius / 6.0;
-        for v in corners {
-            areas[v as usize] += share;
+fn shares_of_triangles(workers: &Workers, mesh: &SphereMesh<EdgeState>, radius: f64) -> Vec<f64> {
+    let share = |v: u32| {
+        let site = mesh.site(v);
+        let mut ring = mesh.neighbours(v).map(|w| mesh.site(w) - site);
+        let first = ring.next().unwrap_or_default();
+        let (mut last, mut doubled) = (first, 0.0);
+        for spoke in ring.chain([first]) {
+            doubled += last.cross(spoke).length();
+            last = spoke;
         }
-    }
-    areas
+        doubled * radius * radius / 6.0
+    };
+    let parts = workers.map(mesh.vertex_count(), |rows| {
+        let rows = rows.start as u32..rows.end as u32;
+        rows.map(share).collect::<Vec<f64>>()
+    });
+    parts.concat()
 }
 
 /// Wanted area of every cell in km².

@@ -123,7 +123,7 @@ pub fn populate(world: &mut World, recipe: &Recipe) -> Result<(), TectonicError>
         fastest,
         // Slow stages in turn, so that no step has to wait for all of them.
         reorganisation: Tick::after(0.25 * constants.step.reorganisation),
-        refinement: Tick::after(0.6 * constants.refine.interval),
+
         ..default()
     });
     world.insert_resource(NextPlateId(rotations.len() as u16 + 1));
