@@ -113,7 +113,7 @@ impl Clock {
             .advance(self.step_my, geology, end || events > 0);
         self.reorganisation
             .advance(self.step_my, reorganisation, false);
-        let scale = recipe.spacing_km() / SPACING;
+        let scale = (recipe.spacing_km() / SPACING).min(1.0);
         let bending = recipe.constants.margins.interval * scale;
         self.margins.advance(self.step_my, bending, false);
         let refinement = recipe.constants.refine.interval * scale;
