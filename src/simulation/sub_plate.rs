@@ -50,7 +50,8 @@ fn join_table(mut world: DeferredWorld, context: HookContext) {
     }
 }
 
-/// Place on the sphere as a unit vector.
+/// Place on the sphere as a unit vector: the mesh's site, rounded, which the stages write after every change.
+/// To move a sub-plate, set its [`Deviation`].
 #[derive(Component, Debug, Clone, Copy, Default, PartialEq, Reflect)]
 #[reflect(Component, Default)]
 pub struct Position(pub Vec3);
