@@ -148,13 +148,14 @@ impl<E: EdgePayload> SphereMesh<E> {
                 let (a, b) = (self.origin(rim), self.origin(back));
                 let known = [a, b].map(&unsettled);
                 // Each edge and each triangle once: by its first vertex.
-                if !(known[0] && a < v) && !self.is_locally_delaunay(self.edge_of(h)) {
+                let earlier = [known[0] && a < v, known[1] && b < v];
+                if !earlier[0] && !self.is_locally_delaunay(self.edge_of(h)) {
                     faults.edges.push(self.edge_of(h));
                 }
                 if known == [false; 2] && !self.is_locally_delaunay(self.edge_of(rim)) {
                     faults.edges.push(self.edge_of(rim));
                 }
-                if !(known[0] && a < v || known[1] && b < v) {
+                if earlier == [false; 2] {
                     if self.is_inverted(h) {
                         faults.edges.extend([h, rim, back].map(|h| self.edge_of(h)));
                     }

@@ -71,7 +71,12 @@ impl Sea {
     ///
     /// Newton's method on a convex, increasing function: from any start it is on the safe side after
     /// one step.
-    pub(super) fn settle(&mut self, workers: &Workers, heights: &[f64], area: &[MaterialArea]) {
+    pub fn settle(&mut self, heights: &[f64], area: &[MaterialArea]) {
+        self.settle_on(&Workers::default(), heights, area);
+    }
+
+    /// [`settle`](Self::settle) on several threads.
+    pub(super) fn settle_on(&mut self, workers: &Workers, heights: &[f64], area: &[MaterialArea]) {
         for _ in 0..32 {
             let (depth, wet) = self.depth_at(workers, self.level, heights, area);
             let step = (self.mean_depth - depth) / wet.max(1e-3);
@@ -93,7 +98,7 @@ mod tests {
         let mut sea = Sea::for_land_share(&[-4000.0, -4000.0, -100.0, 500.0], &area, 0.25);
         let depth = sea.mean_depth;
         let raised = [-4000.0, -2000.0, -100.0, 500.0];
-        sea.settle(&Workers::default(), &raised, &area);
+        sea.settle(&raised, &area);
         assert!(
             (sea.depth_at(&Workers::default(), sea.level, &raised, &area)
                 .0

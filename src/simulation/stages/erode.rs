@@ -393,7 +393,7 @@ pub(in crate::simulation) fn settle(
         .enumerate()
         .map(|(v, height)| height + VOLCANO_MEAN * volcanoes(v))
         .collect();
-    sea.settle(&workers, &means, area);
+    sea.settle_on(&workers, &means, area);
     for (v, (elevation, height)) in elevation.iter_mut().zip(heights).enumerate() {
         elevation.0 = (height + volcanoes(v) - sea.level) as f32;
     }
