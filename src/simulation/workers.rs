@@ -47,7 +47,8 @@ impl Workers {
         work: impl Fn(P) -> T + Sync,
     ) -> Vec<T> {
         match &self.0 {
-            Some(pool) if parts.len() > 1 => pool.scope(|scope| {
+            // Fewer are done before another thread has woken up.
+            Some(pool) if parts.len() > 3 => pool.scope(|scope| {
                 for part in parts {
                     let work = &work;
                     scope.spawn(async move { work(part) });
