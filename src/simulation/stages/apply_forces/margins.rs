@@ -1,24 +1,24 @@
-//! Soft margins: springs hold what the boundaries bend.
+//! Soft margins: what pushes them, and what it makes of their crust.
 //!
 //! Where continents collide, their fronts yield by a share of the closing speed (Yggdrasill's
 //! response, with its falloff over the distance of the two ends); where a continent advances on a trench,
-//! its margin is shortened into a cordillera. Springs on the edges *and cross
-//! edges* of the margin carry that inland. They are solved as position constraints (XPBD), stable at
-//! any length of step, where explicit springs of the published stiffness would need steps of 200
-//! years; rest lengths follow slowly, so that what stays bent is bent for good.
+//! its margin is shortened into a cordillera. Springs carry that inland ([`springs`](super::springs)), and what a
+//! cell loses or gains in area thickens or thins its crust.
 
-use super::super::super::{
-    boundaries::Boundaries,
-    clock::Clock,
-    columns::Columns,
-    error::TectonicError,
-    plate::{Plate, PlateBorn, PlateTable, Rotation},
-    recipe::{Drive, Recipe},
-    sub_plate::{Crust, Deviation, MaterialArea, PlateId, SubPlate, Thickness},
-    topology::{EdgeState, Topology},
-    workers::Workers,
+use super::{
+    super::super::{
+        boundaries::Boundaries,
+        clock::Clock,
+        columns::Columns,
+        error::TectonicError,
+        plate::{Plate, PlateBorn, PlateTable, Rotation},
+        recipe::{Drive, Recipe},
+        sub_plate::{Crust, Deviation, MaterialArea, PlateId, SubPlate, Thickness},
+        topology::{EdgeState, Topology},
+        workers::Workers,
+    },
+    springs::{Ground, Margin, Places},
 };
-use super::springs::{Ground, Margin, Places};
 use crate::mesh::SphereMesh;
 use bevy::prelude::*;
 use glam::{DVec3, Vec3};
