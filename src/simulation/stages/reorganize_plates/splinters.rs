@@ -297,3 +297,48 @@ fn severed(
     }
     None
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simulation::{fixtures::random_mesh, stages::reorganize_plates::hand_on};
+
+    #[test]
+    fn a_cut_finds_the_smaller_piece_or_that_there_is_none() {
+        let mesh = random_mesh::<EdgeState>(2000);
+        // A plate on either side of a belt: a small cap and a large one.
+        let plate: Vec<PlateId> = mesh
+            .sites()
+            .iter()
+            .map(|site| PlateId(if (0.5..0.7).contains(&site.z) { 2 } else { 1 }))
+            .collect();
+        let at = |inside: &dyn Fn(f64) -> bool| -> Vec<u32> {
+            (0..2000_u32).filter(|&v| inside(mesh.site(v).z)).collect()
+        };
+        let cap = at(&|z| z >= 0.7);
+        let rest = at(&|z| z < 0.5);
+        let mut marks = [Marks::default(), Marks::default()];
+        let (side, mut piece) = severed(&mesh, &plate, [rest[0], cap[0]], &mut marks).unwrap();
+        piece.sort_unstable();
+        assert_eq!((side, piece), (1, cap.clone()));
+        assert!(cap.iter().all(|&v| marks[1].is_marked(v)));
+        // Far apart, but of one piece; and the same place twice.
+        let far = [rest[0], rest[rest.len() - 1]];
+        assert!(severed(&mesh, &plate, far, &mut marks).is_none());
+        assert!(severed(&mesh, &plate, [cap[0]; 2], &mut marks).is_none());
+        // Two plates were never one.
+        let belt = at(&|z| (0.5..0.7).contains(&z));
+        assert!(severed(&mesh, &plate, [rest[0], belt[0]], &mut marks).is_none());
+    }
+
+    #[test]
+    fn cuts_of_what_is_gone_go_on_to_what_it_hung_at() {
+        let mut cuts = vec![[1, 2], [3, 4], [2, 5]];
+        hand_on(&mut cuts, 2, Some(9));
+        assert_eq!(cuts, [[9, 1], [3, 4], [9, 5]]);
+        // What hung together through it alone is one another's concern now.
+        let mut cuts = vec![[1, 2], [2, 5], [6, 2]];
+        hand_on(&mut cuts, 2, None);
+        assert_eq!(cuts, [[1, 5], [5, 6]]);
+    }
+}
