@@ -5,12 +5,12 @@ use bevy::tasks::{TaskPool, TaskPoolBuilder};
 use core::ops::Range;
 
 /// Rows of one piece of parallel work. Fixed, so that no result depends on the number of threads.
-pub const CHUNK: usize = 2048;
+pub(super) const CHUNK: usize = 2048;
 /// Pieces that a sweep is cut into at most: each costs a microsecond or two.
 const PIECES: usize = 64;
 
 /// The same for work on few things that each cost more, such as fronts.
-pub const FEW: usize = 512;
+pub(super) const FEW: usize = 512;
 
 /// Threads on which stages split their work; none by default.
 #[derive(Resource, Debug, Default)]
@@ -41,7 +41,7 @@ impl Workers {
 
     /// Works on each part and returns the results in their order. Parts of columns that are written come
     /// from `chunks_mut` of [`CHUNK`] rows.
-    pub fn run<P: Send, T: Send + 'static>(
+    pub(super) fn run<P: Send, T: Send + 'static>(
         &self,
         parts: impl ExactSizeIterator<Item = P>,
         work: impl Fn(P) -> T + Sync,
