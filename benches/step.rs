@@ -48,6 +48,7 @@ struct Arguments {
 }
 
 /// What one history cost.
+#[derive(Default)]
 struct Cost {
     sub_plates: u32,
     threads: usize,
@@ -128,42 +129,34 @@ impl Cost {
         let output = command.output().ok()?;
         let text = String::from_utf8(output.stdout).ok()?;
         let numbers: Vec<f64> = text.split_whitespace().flat_map(str::parse).collect();
-        let [
-            start_seconds,
-            seconds,
-            steps,
-            time_my,
-            median_ms,
-            worst_ms,
-            peak_bytes,
-        ] = *numbers.first_chunk()?;
-        Some(Self {
+        let mut cost = Self {
             sub_plates,
             threads,
-            start_seconds,
-            seconds,
-            steps,
-            time_my,
-            median_ms,
-            worst_ms,
-            peak_bytes,
-            stage_seconds: *numbers.last_chunk()?,
-        })
+            ..Self::default()
+        };
+        let fields = cost.numbers();
+        if fields.len() != numbers.len() {
+            return None;
+        }
+        for (field, number) in fields.into_iter().zip(numbers) {
+            *field = number;
+        }
+        Some(cost)
     }
 
-    fn print_numbers(&self) {
-        let numbers = [
-            self.start_seconds,
-            self.seconds,
-            self.steps,
-            self.time_my,
-            self.median_ms,
-            self.worst_ms,
-            self.peak_bytes,
+    /// What one process tells another, in this order.
+    fn numbers(&mut self) -> Vec<&mut f64> {
+        let mut numbers = vec![
+            &mut self.start_seconds,
+            &mut self.seconds,
+            &mut self.steps,
+            &mut self.time_my,
+            &mut self.median_ms,
+            &mut self.worst_ms,
+            &mut self.peak_bytes,
         ];
-        for number in numbers.iter().chain(&self.stage_seconds) {
-            println!("{number}");
-        }
+        numbers.extend(&mut self.stage_seconds);
+        numbers
     }
 
     fn ns_per_sub_plate(&self, seconds: f64) -> f64 {
@@ -201,7 +194,9 @@ fn peak_bytes() -> Option<f64> {
 fn main() -> Result<(), TectonicError> {
     let arguments = Arguments::parse();
     if let Some(threads) = arguments.threads {
-        Cost::measure(&arguments, threads)?.print_numbers();
+        for number in Cost::measure(&arguments, threads)?.numbers() {
+            println!("{number}");
+        }
         return Ok(());
     }
     let threads = if arguments.whole {

@@ -208,11 +208,9 @@ impl<E: EdgePayload> SphereMesh<E> {
             .iter()
             .map(|&e| std::mem::take(&mut self.payload[e as usize]))
             .collect();
-
         for h in self.vertex_edge.iter_mut().filter(|h| **h != NONE) {
             *h = moved(*h);
         }
-
         self.free.clear();
     }
 

@@ -298,14 +298,6 @@ impl Contacts {
         self.0.get(&Self::key(a, b))
     }
 
-    /// Whether a rift has not torn a front yet.
-    #[must_use]
-    pub fn holds(&self, front: &Front, now_my: f64, recipe: &Recipe) -> bool {
-        self.get(front.plates[0], front.plates[1])
-            .and_then(|contact| contact.rift)
-            .is_some_and(|rift| rift.holds(front, now_my, recipe))
-    }
-
     /// Lets the origins of rifts ride on their plates for a step in My.
     pub(super) fn carry_rifts(&mut self, plates: &PlateTable, step_my: f64) {
         for (&(id, _), contact) in &mut self.0 {

@@ -10,7 +10,7 @@ pub struct Reach {
     pub found: Vec<(u32, f64, u32)>,
 }
 
-/// Buckets that the limit is cut into: each is some cells wide at most, and so visits few of them twice.
+/// Buckets that the limit is cut into: narrow ones visit few vertices twice. Without a limit there is one.
 const BUCKETS: usize = 64;
 
 /// Distances in km along the edges of the mesh, from `sources` over vertices that `passable` admits, up to
