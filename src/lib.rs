@@ -96,6 +96,8 @@ pub mod mesh;
 pub mod planet;
 #[cfg(feature = "render")]
 pub mod render;
+#[cfg(feature = "save")]
+pub mod save;
 pub mod simulation;
 pub mod surface;
 

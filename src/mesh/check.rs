@@ -55,6 +55,18 @@ impl<E: EdgePayload> SphereMesh<E> {
     /// The first [`MeshFault`] found.
     pub fn check(&self) -> Result<(), MeshFault> {
         self.check_sites()?;
+        self.check_surface()?;
+        match self.edges().find(|&e| !self.is_locally_delaunay(e)) {
+            Some(edge) => Err(MeshFault::NotDelaunay {
+                edge,
+                vertices: self.endpoints(edge).into(),
+            }),
+            None => Ok(()),
+        }
+    }
+
+    /// Verifies that the mesh is a triangulated sphere without folds.
+    pub(super) fn check_surface(&self) -> Result<(), MeshFault> {
         self.check_links()?;
         self.check_fans()?;
         let (vertices, edges) = (self.vertex_count(), self.edge_count());
@@ -68,13 +80,7 @@ impl<E: EdgePayload> SphereMesh<E> {
         if let Some(h) = self.first_overlap() {
             return Err(MeshFault::Overlap(self.triangle_vertices(h)));
         }
-        match self.edges().find(|&e| !self.is_locally_delaunay(e)) {
-            Some(edge) => Err(MeshFault::NotDelaunay {
-                edge,
-                vertices: self.endpoints(edge).into(),
-            }),
-            None => Ok(()),
-        }
+        Ok(())
     }
 
     /// Whether `h` is a half of a live edge.
@@ -82,7 +88,7 @@ impl<E: EdgePayload> SphereMesh<E> {
         self.origin.get(h as usize).is_some_and(|&v| v != NONE)
     }
 
-    fn check_sites(&self) -> Result<(), MeshFault> {
+    pub(super) fn check_sites(&self) -> Result<(), MeshFault> {
         let is_unit = |v: &Vertex| {
             // Not a number fails the comparison, too.
             (self.site(*v).length_squared() - 1.0).abs() <= UNIT_TOLERANCE

@@ -37,6 +37,7 @@ mod order;
 mod predicates;
 mod rebuild;
 mod repair;
+mod restore;
 mod sliver;
 mod topology;
 
@@ -49,6 +50,7 @@ pub use locate::Location;
 pub use order::{hilbert_key, hilbert_order, order_by_keys};
 pub use predicates::Faults;
 pub use repair::{Flip, RepairError};
+pub use restore::RestoreError;
 pub use sliver::SliverRepair;
 
 /// The number that stands for "none" among vertices, half-edges and edges.

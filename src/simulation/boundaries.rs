@@ -9,6 +9,7 @@ use super::{
 use crate::mesh::{NONE, SphereMesh};
 use bevy::prelude::*;
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// One edge whose ends lie on different plates.
@@ -235,7 +236,7 @@ pub struct FrontForce {
 pub struct FrontForces(pub Vec<FrontForce>);
 
 /// What two plates remember of each other.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Contact {
     /// When they last touched, in My.
     pub last_my: f64,
@@ -254,7 +255,7 @@ pub struct Contact {
 }
 
 /// A rift that tears a plate open from a place outwards.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Rift {
     /// When it began, in My.
     pub began_my: f64,

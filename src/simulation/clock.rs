@@ -2,12 +2,13 @@
 
 use super::{constants::StepConstants, events::TectonicEvent, recipe::Recipe};
 use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
 
 /// Intervals that follow from how far crust moves in them are stated for this spacing, in km.
 const SPACING: f64 = 226.0;
 
 /// Where the history stands.
-#[derive(Resource, Debug, Clone, Default, PartialEq, Reflect)]
+#[derive(Resource, Debug, Clone, Default, PartialEq, Serialize, Deserialize, Reflect)]
 #[reflect(Resource)]
 pub struct Clock {
     /// Time since the start in My.
@@ -35,7 +36,7 @@ pub struct Clock {
 }
 
 /// A slow clock: runs once its interval has gone by.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Reflect)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, Reflect)]
 pub struct Tick {
     waited: f64,
     due: Option<f64>,
@@ -53,6 +54,12 @@ impl Tick {
         if self.due.is_some() {
             self.waited = 0.0;
         }
+    }
+
+    /// Time in My since the stage was last due.
+    #[cfg(feature = "save")]
+    pub(crate) fn waited(&self) -> f64 {
+        self.waited
     }
 
     /// Time in My that the stage has to make up for in this step, if it is due.

@@ -2,6 +2,7 @@
 
 use super::{
     check,
+    checkpoint::Checkpoint,
     clock::Clock,
     error::TectonicError,
     events::{self, EventLog, EventRecord, Intervention, TectonicEvent},
@@ -122,11 +123,7 @@ impl History {
         imported: Option<ImportedWorld>,
     ) -> Result<Self, TectonicError> {
         recipe.validate()?;
-        let mut app = App::empty();
-        plugins.build().finish(&mut app);
-        app.finish();
-        app.cleanup();
-        let mut world = core::mem::take(app.world_mut());
+        let mut world = empty_world(plugins);
         if let Some(imported) = imported {
             world.insert_resource(imported);
         }
@@ -137,6 +134,42 @@ impl History {
         {
             statistics::record(&mut world)?;
         }
+        Ok(Self { world })
+    }
+
+    /// The planet as it is now, as plain data that may be kept, and gone on from any number of times.
+    ///
+    /// ```
+    /// use bevy_tectonics::prelude::*;
+    ///
+    /// let mut history = History::new(Recipe::earth_like(7).with_sub_plates(500))?;
+    /// history.step()?;
+    /// let then = history.checkpoint()?;
+    /// history.step()?;
+    /// let mut again = History::resume(then, SimulationPlugins)?;
+    /// again.step()?;
+    /// assert_eq!(again.state_hash()?, history.state_hash()?);
+    /// # Ok::<(), TectonicError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`TectonicError::Archetype`] if the sub-plates no longer lie in one table.
+    pub fn checkpoint(&mut self) -> Result<Checkpoint, TectonicError> {
+        Checkpoint::take(&mut self.world)
+    }
+
+    /// Goes on from a moment of another history: with the same stages to the same bits, on any number of
+    /// threads. Components of your own begin with their defaults.
+    ///
+    /// # Errors
+    /// [`TectonicError::Recipe`] if the recipe is not allowed any more.
+    pub fn resume(
+        checkpoint: Checkpoint,
+        plugins: impl PluginGroup,
+    ) -> Result<Self, TectonicError> {
+        checkpoint.recipe().validate()?;
+        let mut world = empty_world(plugins);
+        checkpoint.fill(&mut world);
         Ok(Self { world })
     }
 
@@ -340,4 +373,13 @@ impl History {
     pub fn world_mut(&mut self) -> &mut World {
         &mut self.world
     }
+}
+
+/// A world with the stages and without a planet.
+fn empty_world(plugins: impl PluginGroup) -> World {
+    let mut app = App::empty();
+    plugins.build().finish(&mut app);
+    app.finish();
+    app.cleanup();
+    core::mem::take(app.world_mut())
 }

@@ -6,12 +6,13 @@ use super::{
 };
 use bevy::prelude::*;
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 /// A hot spot: an entity of the planet's world, fixed in the mantle. It thickens whatever crust lies
 /// above it, so that a plate which glides over it carries a chain of islands away.
 ///
 /// Spawn and despawn hot spots between steps, or by [events](super::Intervention).
-#[derive(Component, Debug, Clone, Copy, PartialEq, Reflect)]
+#[derive(Component, Debug, Clone, Copy, PartialEq, Serialize, Deserialize, Reflect)]
 #[reflect(Component)]
 pub struct HotSpot {
     /// Tells hot spots apart; they act in the order of their ids.

@@ -2,13 +2,13 @@
 
 use super::sub_plate::{Crust, MaterialArea, Thickness};
 use bevy::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Volumes of continental crust in km³ and areas of sea floor in km², since the start.
 ///
 /// `initial + arc_magma + plume_magma + accreted + prescribed − eroded` is the continental volume, where
 /// [`accreted`](Self::accreted_km3) sums four of the books; see [`closing_error`](Self::closing_error).
-#[derive(Resource, Debug, Clone, Copy, Default, PartialEq, Serialize, Reflect)]
+#[derive(Resource, Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, Reflect)]
 #[reflect(Resource)]
 pub struct Ledger {
     /// Continental volume at the start, km³.

@@ -12,6 +12,7 @@
 
 mod boundaries;
 mod check;
+pub(crate) mod checkpoint;
 mod clock;
 mod columns;
 pub mod constants;
@@ -25,6 +26,7 @@ pub mod laws;
 mod ledger;
 mod plate;
 mod plugin;
+pub(crate) mod precision;
 mod reach;
 mod recipe;
 mod schedule;
@@ -39,6 +41,7 @@ mod topology;
 mod workers;
 
 pub use boundaries::{Boundaries, Contact, Contacts, Front, FrontForce, FrontForces, Motion, Rift};
+pub use checkpoint::Checkpoint;
 pub use clock::{Clock, Tick};
 pub use columns::Columns;
 pub use error::TectonicError;
@@ -64,6 +67,8 @@ pub use schedule::{
     Cancellation, StageTimings, StepFailure, TectonicStep, TectonicSystems, record_failure,
 };
 pub use sea::Sea;
+#[cfg(feature = "save")]
+pub(crate) use stages::RockColumn;
 pub use stages::{Mantle, Splits, sea_floor_depth};
 pub use start::{
     Column, EulerRotation, HeightMap, Hypsometry, ImageStart, ImportedPlate, ImportedWorld, Normal,

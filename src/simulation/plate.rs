@@ -4,6 +4,7 @@ use super::sub_plate::PlateId;
 use bevy::prelude::*;
 use core::ops::AddAssign;
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 /// A plate. Its entity holds what moves it; its sub-plates hold its ground.
 #[derive(Component, Debug, Clone, Copy, Default, Reflect)]
@@ -15,23 +16,23 @@ pub struct Plate {
 }
 
 /// Angular velocity in rad/My: the direction is the Euler pole, the length the speed.
-#[derive(Component, Debug, Clone, Copy, Default, PartialEq, Reflect)]
+#[derive(Component, Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, Reflect)]
 #[reflect(Component, Default)]
 pub struct Rotation(pub DVec3);
 
 /// Area in km², brought up to date when plates are reorganised.
-#[derive(Component, Debug, Clone, Copy, Default, PartialEq, Reflect)]
+#[derive(Component, Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, Reflect)]
 #[reflect(Component, Default)]
 pub struct PlateArea(pub f64);
 
 /// When the plate came to be, in My on the planet's clock.
-#[derive(Component, Debug, Clone, Copy, Default, PartialEq, Reflect)]
+#[derive(Component, Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, Reflect)]
 #[reflect(Component, Default)]
 pub struct PlateBorn(pub f64);
 
 /// Torques on the plate in the last step, each the sum of `r × F` over its fronts, in units of
 /// force (see [`MotionConstants`](super::constants::MotionConstants)).
-#[derive(Component, Debug, Clone, Copy, Default, PartialEq, Reflect)]
+#[derive(Component, Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, Reflect)]
 #[reflect(Component, Default)]
 pub struct DrivingTorque {
     /// Pull of the plate's own slabs.

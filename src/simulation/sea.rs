@@ -3,9 +3,10 @@
 use super::{sub_plate::MaterialArea, workers::Workers};
 use bevy::prelude::*;
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 /// Water of the planet, and where its surface stands.
-#[derive(Resource, Debug, Clone, Copy, Default, PartialEq, Reflect)]
+#[derive(Resource, Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, Reflect)]
 #[reflect(Resource)]
 pub struct Sea {
     /// Volume of water as a mean depth over the whole sphere, in m. Kept for ever once set.

@@ -68,7 +68,21 @@ pub struct Velocity(pub Vec3);
 pub struct Deviation(pub Vec3);
 
 /// Id of the plate that carries the sub-plate; 0 = none.
-#[derive(Component, Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Reflect)]
+#[derive(
+    Component,
+    Debug,
+    Clone,
+    Copy,
+    Default,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Hash,
+    Serialize,
+    Deserialize,
+    Reflect,
+)]
 #[reflect(Component, Default)]
 pub struct PlateId(pub u16);
 

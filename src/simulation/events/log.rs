@@ -2,7 +2,7 @@
 
 use super::{LatLon, TectonicEvent};
 use bevy::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// Events that have happened, or could not, in the order in which they did.
@@ -10,7 +10,7 @@ use thiserror::Error;
 pub struct EventLog(pub Vec<EventRecord>);
 
 /// What became of one event.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EventRecord {
     /// When its time had come, in My: [`at_my`](TectonicEvent::at_my), or where the first step after it
     /// began.
@@ -22,7 +22,7 @@ pub struct EventRecord {
 }
 
 /// Why an event could not be done.
-#[derive(Debug, Clone, Copy, PartialEq, Error, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Error, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum EventFailure {

@@ -316,7 +316,7 @@ fn within<T: PartialOrd + core::fmt::Display>(
 
 /// Rotation to which an event holds a plate; a component of the plate. Whatever drives plates, this is
 /// how it turns until then.
-#[derive(Component, Debug, Clone, Copy, PartialEq, Reflect)]
+#[derive(Component, Debug, Clone, Copy, PartialEq, Serialize, Deserialize, Reflect)]
 #[reflect(Component)]
 pub struct HeldMotion {
     /// Angular velocity in rad/My.

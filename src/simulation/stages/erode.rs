@@ -12,6 +12,7 @@ use super::super::{
     error::TectonicError,
     laws::{ErosionLaw, erosion::trench_sediment},
     ledger::{Ledger, continental_volume},
+    precision::{ELEVATION_STEPS, THICKNESS_STEPS, round, round_area},
     reach::reach,
     recipe::Recipe,
     sea::Sea,
@@ -335,6 +336,44 @@ pub(in crate::simulation) fn sea_floor_height(
     floor.min(continental_height(erosion, recipe.constants.uplift.arc_accretion).max(0.0))
 }
 
+/// What isostasy asks of a sub-plate.
+pub(crate) struct RockColumn {
+    pub crust: Crust,
+    pub thickness: Thickness,
+    pub created: Created,
+    pub trench: Trench,
+    pub volcanism: Volcanism,
+}
+
+impl RockColumn {
+    /// Height of the ground between volcanoes in m above the reference level, at a time in My, where
+    /// sediment at the foot of a margin is so many m thick at most.
+    fn height(&self, recipe: &Recipe, now: f64, rise: f64) -> f64 {
+        let (thickness, trench) = (self.thickness.0, f64::from(self.trench.0));
+        if self.crust.is_continental() {
+            return continental_height(&recipe.constants.erosion, thickness) - trench;
+        }
+        let age = now - f64::from(self.created.0);
+        let floor = thickness - f64::from(self.volcanism.pile_km);
+        sea_floor_height(recipe, age, floor, rise, trench)
+    }
+
+    /// Height of volcanoes above it in m.
+    fn volcanoes(&self, recipe: &Recipe, now: f64) -> f64 {
+        if self.crust.is_continental() {
+            0.0
+        } else {
+            volcano_height(&recipe.constants.hot_spots, self.volcanism, now)
+        }
+    }
+
+    /// Elevation in m as the ground would settle at a time in My, far from every margin.
+    #[cfg(feature = "save")]
+    pub(crate) fn elevation(&self, recipe: &Recipe, sea: &Sea, now: f64) -> f64 {
+        self.height(recipe, now, 0.0) + self.volcanoes(recipe, now) - sea.level
+    }
+}
+
 /// Derives every elevation from thickness, age, trenches and the sea.
 pub(in crate::simulation) fn settle(
     recipe: Res<Recipe>,
@@ -346,8 +385,8 @@ pub(in crate::simulation) fn settle(
         (
             &PlateId,
             &Crust,
-            &Thickness,
-            &MaterialArea,
+            &mut Thickness,
+            &mut MaterialArea,
             &Created,
             &Trench,
             &Volcanism,
@@ -360,33 +399,33 @@ pub(in crate::simulation) fn settle(
         return Ok(());
     }
     let mesh = &topology.0;
-    let (plate, crust, thickness, area, created, trench, volcanism, mut elevation) =
+    let (plate, crust, mut thickness, mut area, created, trench, volcanism, mut elevation) =
         sub_plates.columns(mesh.vertex_count())?;
     let elevation = elevation.bypass_change_detection();
-    let constants = &recipe.constants.erosion;
+    let (thickness, area) = (
+        thickness.bypass_change_detection(),
+        area.bypass_change_detection(),
+    );
+    for (thickness, area) in thickness.iter_mut().zip(area.iter_mut()) {
+        thickness.0 = round(thickness.0, THICKNESS_STEPS);
+        area.0 = round_area(area.0);
+    }
     let rise = continental_rise(&recipe, &workers, mesh, plate, crust);
-    let height = |v: usize| {
-        if crust[v].is_continental() {
-            return continental_height(constants, thickness[v].0) - f64::from(trench[v].0);
-        }
-        let age = clock.time_my - f64::from(created[v].0);
-        let trench = f64::from(trench[v].0);
-        let floor = thickness[v].0 - f64::from(volcanism[v].pile_km);
-        sea_floor_height(&recipe, age, floor, rise[v], trench)
+    let column = |v: usize| RockColumn {
+        crust: crust[v],
+        thickness: thickness[v],
+        created: created[v],
+        trench: trench[v],
+        volcanism: volcanism[v],
     };
+    let height = |v: usize| column(v).height(&recipe, clock.time_my, rise[v]);
     let heights = workers.map(crust.len(), |rows| rows.map(height).collect::<Vec<f64>>());
     let mut heights = heights.concat();
 
     if recipe.laws.erosion == ErosionLaw::Cortial {
         swell(&recipe, mesh, &mut heights);
     }
-    let volcanoes = |v: usize| {
-        if crust[v].is_continental() {
-            0.0
-        } else {
-            volcano_height(&recipe.constants.hot_spots, volcanism[v], clock.time_my)
-        }
-    };
+    let volcanoes = |v: usize| column(v).volcanoes(&recipe, clock.time_my);
     // The sea washes round volcanoes: what it gives way to is the mean of the ground, not its summits.
     let means: Vec<f64> = heights
         .iter()
@@ -395,7 +434,8 @@ pub(in crate::simulation) fn settle(
         .collect();
     sea.settle_on(&workers, &means, area);
     for (v, (elevation, height)) in elevation.iter_mut().zip(heights).enumerate() {
-        elevation.0 = (height + volcanoes(v) - sea.level) as f32;
+        let above = height + volcanoes(v) - sea.level;
+        elevation.0 = round(above, ELEVATION_STEPS) as f32;
     }
     Ok(())
 }

@@ -17,5 +17,7 @@ pub(super) mod uplift;
 pub(super) mod wear;
 
 pub use apply_forces::mantle::Mantle;
+#[cfg(feature = "save")]
+pub(crate) use erode::RockColumn;
 pub use erode::sea_floor_depth;
 pub use reorganize_plates::Splits;

@@ -8,6 +8,7 @@ use super::super::{
     columns::Columns,
     error::TectonicError,
     plate::{Plate, PlateBorn, PlateTable, Rotation},
+    precision::{round_direction, round_site},
     recipe::Recipe,
     stages::Splits,
     sub_plate::*,
@@ -95,6 +96,7 @@ pub(in crate::simulation) fn move_sub_plates(
                 place = (place + bent * (step / radius)).normalize();
                 deviation[v].0 = (bent - place * place.dot(bent)).as_vec3();
             }
+            place = place.map(round_site);
             let mut speed = rotation.cross(place) * radius;
             if soft {
                 speed += deviation[v].0.as_dvec3();
@@ -105,7 +107,8 @@ pub(in crate::simulation) fn move_sub_plates(
             velocity[v].0 = speed.as_vec3();
             for direction in [&mut fold[v].0, &mut ridge[v].0] {
                 if *direction != Vec3::ZERO {
-                    *direction = *single * *direction;
+                    let turned = *single * *direction;
+                    *direction = turned.map(round_direction);
                 }
             }
         }

@@ -22,6 +22,7 @@ use super::super::super::{
 };
 use bevy::prelude::*;
 use glam::{DMat3, DVec3};
+use serde::{Deserialize, Serialize};
 
 /// Concentration of the continents at which a downwelling under them is well ordered.
 const ORDERED: f64 = 0.1;
@@ -34,7 +35,7 @@ const PLUME_WARMTH: core::ops::Range<f64> = 0.3..1.0;
 const ROOTED: f64 = 0.1;
 
 /// Heat and flow of the mantle.
-#[derive(Resource, Debug, Clone, Copy, Default, PartialEq, Reflect)]
+#[derive(Resource, Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, Reflect)]
 #[reflect(Resource)]
 pub struct Mantle {
     /// Points to where the mantle sinks; of length 0 to 1, full vigour.

@@ -12,12 +12,13 @@ use super::{
         columns::Columns,
         error::TectonicError,
         plate::{Plate, PlateBorn, PlateTable, Rotation},
+        precision::{THICKNESS_STEPS, round, round_area},
         recipe::{Drive, Recipe},
         sub_plate::{Crust, Deviation, MaterialArea, PlateId, SubPlate, Thickness},
         topology::{EdgeState, Topology},
         workers::Workers,
     },
-    springs::{Ground, Margin, Places},
+    springs::{self, Ground, Margin, Places},
 };
 use crate::mesh::SphereMesh;
 use bevy::prelude::*;
@@ -60,6 +61,9 @@ pub(in crate::simulation) fn bend_margins(
     let constants = &recipe.constants.margins;
     if recipe.drive != Drive::Soft || constants.rigidity >= 1.0 {
         return Ok(());
+    }
+    if let Some(time_my) = clock.reorganisation.due() {
+        springs::relax(mesh, deviation, time_my, constants.flow);
     }
     let Some(time_my) = clock.margins.due() else {
         return Ok(());
@@ -126,14 +130,14 @@ pub(in crate::simulation) fn bend_margins(
         for ((&v, new), strain) in margin.vertices.iter().zip(bent.deviation).zip(bent.strain) {
             let v = v as usize;
             deviation[v] = new;
-            // Volume = thickness × area stays exactly.
+            // Volume = thickness × area stays, to within rounding.
             let ratio = 1.0 + strain.clamp(-LARGEST_STRAIN, LARGEST_STRAIN);
             let fits = thickness[v].0 / ratio <= recipe.constants.collisions.thickest
                 && area[v].0 * ratio >= LEAST_AREA * recipe.cell_area_km2();
             if ratio > 1.0 || fits {
                 let volume = thickness[v].0 * area[v].0;
-                area[v].0 *= ratio;
-                thickness[v].0 = volume / area[v].0;
+                area[v].0 = round_area(area[v].0 * ratio);
+                thickness[v].0 = round(volume / area[v].0, THICKNESS_STEPS);
             }
         }
     }

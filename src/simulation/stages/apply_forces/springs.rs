@@ -6,6 +6,7 @@
 //! slowly, so that what stays bent is bent for good.
 
 use super::super::super::{
+    precision::{REST_STEPS, round},
     recipe::Recipe,
     sub_plate::{Deviation, PlateId},
     topology::EdgeState,
@@ -21,6 +22,45 @@ const FAR: u32 = NONE - 1;
 /// Passes over the springs each time, there and back. What they do not settle now, the deviations carry on to
 /// the next time: a push reaches the far side of a margin of a dozen cells within some My.
 const PASSES: usize = 1;
+
+/// Strain at which a spring is slack and forgotten: it is measured anew when it is next bent.
+const SLACK: f64 = 2e-3;
+
+/// Springs behind the margins follow their lengths, too, for some My.
+pub(super) fn relax(
+    mesh: &mut SphereMesh<EdgeState>,
+    deviation: &[Deviation],
+    time: f64,
+    flow: f64,
+) {
+    let kept = libm::exp(-time / flow);
+    let is_still = |v: u32| deviation[v as usize].0 == Vec3::ZERO;
+    for edge in 0..mesh.edge_slots() as u32 {
+        let EdgeState {
+            rest, cross_rest, ..
+        } = *mesh.payload(edge);
+        if rest == 0.0 && cross_rest == 0.0 {
+            continue;
+        }
+        let relaxed = |rest: f32, [a, b]: [u32; 2]| {
+            if rest == 0.0 || !is_still(a) || !is_still(b) {
+                return rest;
+            }
+            let length = mesh.site(a).distance(mesh.site(b));
+            let strain = (length - f64::from(rest)) * kept;
+            if strain.abs() < SLACK * length {
+                0.0
+            } else {
+                round(length - strain, REST_STEPS) as f32
+            }
+        };
+        let (a, b) = mesh.endpoints(edge);
+        let across = [mesh.apex(2 * edge), mesh.apex(2 * edge + 1)];
+        let (rest, cross_rest) = (relaxed(rest, [a, b]), relaxed(cross_rest, across));
+        let state = mesh.payload_mut(edge);
+        (state.rest, state.cross_rest) = (rest, cross_rest);
+    }
+}
 
 /// What margins are bent from.
 pub(super) struct Ground<'a> {
@@ -196,7 +236,7 @@ impl Margin {
         let settle = |rest: f32, length: f64| {
             let old = if rest > 0.0 { f64::from(rest) } else { length };
             let relaxed = old + (length - old) * flow;
-            relaxed.clamp(length * low, length * high) as f32
+            round(relaxed.clamp(length * low, length * high), REST_STEPS) as f32
         };
         let mut springs: Vec<Spring> = Vec::with_capacity(7 * self.vertices.len());
         let mut spring = |ends: [u32; 2], rest: f32| {

@@ -27,9 +27,10 @@ use bevy::prelude::*;
 use fastnoise_lite::{FastNoiseLite, FractalType, NoiseType};
 use glam::DVec3;
 use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
 
 /// Whether a plate may have fallen apart since splinters were last looked for.
-#[derive(Resource, Debug, Clone, Default, Reflect)]
+#[derive(Resource, Debug, Clone, Default, PartialEq, Serialize, Deserialize, Reflect)]
 #[reflect(Resource)]
 pub struct Splits {
     /// Set by whoever removes a connection; cleared once all plates are in one piece.
@@ -37,9 +38,9 @@ pub struct Splits {
     /// Set when sub-plates changed plates or plates their motion; cleared once velocities follow.
     pub regrouped: bool,
     /// Pairs of sub-plates that lost a connection and were not found to hang together nearby.
-    pub(in crate::simulation) cuts: Vec<[u32; 2]>,
+    pub(crate) cuts: Vec<[u32; 2]>,
     /// Sub-plates that splinters took to another plate in this step.
-    pub(in crate::simulation) moved: Vec<u32>,
+    pub(crate) moved: Vec<u32>,
 }
 
 impl Splits {

@@ -1,0 +1,108 @@
+//! Planets that last: a history as bytes, at any step, and back to the same bits.
+//!
+//! [`write`] and [`read`] are for files, [`to_bytes`] and [`from_bytes`] for everything else. A loaded history
+//! goes on exactly as the saved one would have: [`History::state_hash`] is the same after every further step,
+//! on any number of threads.
+//!
+//! ```
+//! use bevy_tectonics::{prelude::*, save};
+//!
+//! let mut history = History::new(Recipe::earth_like(7).with_sub_plates(500))?;
+//! history.step()?;
+//! let bytes = save::to_bytes(&mut history)?;
+//! let mut loaded = save::from_bytes(&bytes, SimulationPlugins)?;
+//! history.step()?;
+//! loaded.step()?;
+//! assert_eq!(loaded.state_hash()?, history.state_hash()?);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # What is in a save
+//!
+//! Everything that a step reads: the recipe with its events, clock, plates, contacts, hot spots, mantle, sea,
+//! ledger, the statistics over time, every column of the sub-plates and the mesh with all its numbers; some 40
+//! bytes for each sub-plate. Components of your own come along if they are [`SavedComponent`]s; resources of
+//! your own do not. Stages are code: load with those that the planet was saved with.
+//!
+//! # What can go wrong
+//!
+//! Saves are not trusted. Lengths are verified before anything is allocated, every section has a checksum, and
+//! what a step could not start from is refused: a [`SaveError`] tells files that are cut short, damaged, of a
+//! later version or of another kind apart. A file is replaced only by a complete one, so a crash or a full
+//! disk leaves the old one whole.
+//!
+//! Versions of this crate read the saves of all earlier ones. They need not grow the same planet from then on:
+//! the recipe's laws are kept, but stages may have been improved.
+
+mod component;
+mod container;
+mod error;
+mod numbers;
+mod planet;
+mod sites;
+mod text;
+mod validate;
+
+pub use component::{SavedComponent, SavedComponentPlugin};
+pub use error::SaveError;
+
+use crate::simulation::History;
+use atomic_write_file::AtomicWriteFile;
+use bevy::app::PluginGroup;
+use std::{fs, io, io::Write, path::Path};
+
+/// A history as bytes, between two steps.
+///
+/// # Errors
+/// [`SaveError::Tectonic`] if the sub-plates no longer lie in one table, [`SaveError::Component`] and
+/// [`SaveError::TooLarge`] for what cannot be stored.
+pub fn to_bytes(history: &mut History) -> Result<Vec<u8>, SaveError> {
+    let checkpoint = history.checkpoint()?;
+    let mut sections = Vec::new();
+    for (name, bytes) in planet::pack(&checkpoint)? {
+        sections.push((name.to_owned(), bytes));
+    }
+    sections.extend(component::pack(history.world_mut())?);
+    Ok(container::assemble(&sections))
+}
+
+/// A history from bytes, with the stages that are to go on.
+///
+/// # Errors
+/// Everything that [`SaveError`] names but [`SaveError::Io`].
+pub fn from_bytes(bytes: &[u8], plugins: impl PluginGroup) -> Result<History, SaveError> {
+    let sections = container::open(bytes)?;
+    let checkpoint = planet::unpack(&sections)?;
+    let mut history = History::resume(checkpoint, plugins)?;
+    component::unpack(history.world_mut(), &sections)?;
+    Ok(history)
+}
+
+/// Writes a history to a file. What was there before stays until the new save is complete and on the disk.
+///
+/// # Errors
+/// As [`to_bytes`], and [`SaveError::Io`] if the file cannot be written.
+pub fn write(history: &mut History, path: &Path) -> Result<(), SaveError> {
+    let bytes = to_bytes(history)?;
+    let replace = || -> io::Result<()> {
+        let mut file = AtomicWriteFile::open(path)?;
+        file.write_all(&bytes)?;
+        file.commit()
+    };
+    replace().map_err(|source| SaveError::Io {
+        path: path.into(),
+        source,
+    })
+}
+
+/// Reads a history from a file, with the stages that are to go on.
+///
+/// # Errors
+/// As [`from_bytes`], and [`SaveError::Io`] if the file cannot be read.
+pub fn read(path: &Path, plugins: impl PluginGroup) -> Result<History, SaveError> {
+    let bytes = fs::read(path).map_err(|source| SaveError::Io {
+        path: path.into(),
+        source,
+    })?;
+    from_bytes(&bytes, plugins)
+}
