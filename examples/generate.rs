@@ -19,11 +19,13 @@ use std::{
     time::Instant,
 };
 
+#[cfg(feature = "save")]
+use bevy_tectonics::save;
 use bevy_tectonics::{
     export::{Maps, check_folder, write_history, write_planet},
     import,
     simulation::{
-        Drive, History, Hypsometry, ImageStart, ImportedWorld, Outcome, Progress, Recipe,
+        Drive, History, Hypsometry, ImageStart, Outcome, Progress, Recipe, RecipeError,
         SimulationPlugins, Start, StatisticsInterval, Workers,
     },
 };
@@ -91,9 +93,23 @@ struct Flags {
     #[arg(long, value_name = "N", value_parser = threads, allow_hyphen_values = true)]
     threads: Option<usize>,
 
-    /// Recipe to start from: a JSON file, also a planet.json; other flags override it
-    #[arg(long, value_name = "FILE")]
+    /// Recipe to start from: a file (JSON, also a planet.json, or RON) or a share code; other flags
+    /// override it
+    #[arg(long, value_name = "FILE|CODE")]
     recipe: Option<PathBuf>,
+
+    /// Save the planet every tenth of the way and at its end, to go on from with --resume
+    #[cfg(feature = "save")]
+    #[arg(long, value_name = "FILE")]
+    save: Option<PathBuf>,
+
+    /// Go on from a saved planet, for --duration from its start [default: its recipe's]
+    #[cfg(feature = "save")]
+    #[arg(long, value_name = "FILE", conflicts_with_all = [
+        "recipe", "seed", "sub_plates", "start", "image", "lowest", "highest", "plate_polygons",
+        "plate_rotations", "drive",
+    ])]
+    resume: Option<PathBuf>,
 
     /// Also write history.csv: what the planet measures, every so many million years
     #[arg(long, value_name = "MY", num_args = 0..=1, default_missing_value = "10", value_parser = interval)]
@@ -119,10 +135,10 @@ fn main() -> ExitCode {
         }
         Err(error) => error.exit(),
     };
-    let prepared = prepare(&flags).and_then(|(recipe, maps)| Ok((world(&recipe)?, recipe, maps)));
+    let prepared = prepare(&flags).and_then(|(recipe, maps)| Ok((begin(&flags, recipe)?, maps)));
     match prepared {
         Err(message) => fail(2, &message),
-        Ok((world, recipe, maps)) => grow(&flags, recipe, world, &maps)
+        Ok((history, maps)) => grow(&flags, history, &maps)
             .map_or_else(|message| fail(1, &message), |()| ExitCode::SUCCESS),
     }
 }
@@ -152,13 +168,13 @@ fn recipe(flags: &Flags) -> Result<Recipe, String> {
         recipe = recipe.with_sub_plates(sub_plates);
     }
     recipe.duration_my = flags.duration.unwrap_or(recipe.duration_my);
-    recipe.start = begin(flags, recipe.start)?;
+    recipe.start = start_of(flags, recipe.start)?;
     recipe.drive = flags.drive.unwrap_or(recipe.drive);
     Ok(recipe)
 }
 
 /// The start that the flags ask for, beginning with that of the recipe.
-fn begin(flags: &Flags, recipe: Start) -> Result<Start, String> {
+fn start_of(flags: &Flags, recipe: Start) -> Result<Start, String> {
     let named = match &flags.start {
         // Its name alone keeps what the recipe says of it.
         Some(Start::Image(image)) if *image == ImageStart::default() => match recipe {
@@ -193,48 +209,75 @@ fn begin(flags: &Flags, recipe: Start) -> Result<Start, String> {
     Ok(Start::Image(image))
 }
 
-/// Reads the files that the start is imported from.
-fn world(recipe: &Recipe) -> Result<Option<ImportedWorld>, String> {
-    match &recipe.start {
-        Start::Image(image) => import::read(image)
-            .map(Some)
-            .map_err(|error| error.to_string()),
-        _ => Ok(None),
+/// The first moment of a recipe, with the files it names, or the last one of a save.
+fn begin(flags: &Flags, recipe: Recipe) -> Result<History, String> {
+    #[cfg(feature = "save")]
+    if let Some(path) = &flags.resume {
+        return resume(path, flags.duration);
     }
+    let _ = flags;
+    import::begin(recipe, SimulationPlugins).map_err(|error| error.to_string())
+}
+
+/// Goes on from a save until a time in My.
+#[cfg(feature = "save")]
+fn resume(path: &Path, duration_my: Option<f64>) -> Result<History, String> {
+    let text = |error: &dyn Display| format!("cannot go on from {}: {error}", path.display());
+    let mut history = save::read(path, SimulationPlugins).map_err(|error| text(&error))?;
+    if let Some(duration_my) = duration_my {
+        let longer = history.recipe().clone().with_duration(duration_my);
+        longer.validate().map_err(|error| text(&error))?;
+        history.world_mut().insert_resource(longer);
+    }
+    let (now, end) = (history.time_my(), history.recipe().duration_my);
+    if end < now {
+        let error = format!("it is {now} My old already, and --duration is {end}");
+        return Err(text(&error));
+    }
+    Ok(history)
 }
 
 /// Reads a recipe, or the recipe of a planet that was written before.
 fn read_recipe(path: &Path) -> Result<Recipe, String> {
     let wrong =
         |error: &dyn Display| format!("cannot read a recipe from {}: {error}", path.display());
-    let text = fs::read_to_string(path).map_err(|error| wrong(&error))?;
+    let text = match fs::read_to_string(path) {
+        Ok(text) => text,
+        // What is no file may be a code.
+        Err(error) => {
+            let code = path.to_string_lossy();
+            return code.parse().map_err(|no_code: RecipeError| {
+                format!("{}, nor from a code: {no_code}", wrong(&error))
+            });
+        }
+    };
+    if !text.trim_start().starts_with('{') {
+        let recipe: Recipe = text.parse().map_err(|error: RecipeError| wrong(&error))?;
+        return Ok(beside(recipe, path));
+    }
     let mut value: Value = serde_json::from_str(&text).map_err(|error| wrong(&error))?;
     if let Some(inner) = value.get_mut("recipe") {
         value = inner.take();
     }
-    let mut recipe: Recipe = serde_json::from_value(value).map_err(|error| wrong(&error))?;
+    let recipe = serde_json::from_value(value).map_err(|error| wrong(&error))?;
+    Ok(beside(recipe, path))
+}
+
+/// The same recipe with its files looked for beside that of the recipe.
+fn beside(mut recipe: Recipe, path: &Path) -> Recipe {
     if let (Start::Image(image), Some(folder)) = (&recipe.start, path.parent()) {
         recipe.start = Start::Image(import::beside(folder, image));
     }
-    Ok(recipe)
+    recipe
 }
 
-fn grow(
-    flags: &Flags,
-    recipe: Recipe,
-    world: Option<ImportedWorld>,
-    maps: &Maps,
-) -> Result<(), String> {
+fn grow(flags: &Flags, mut history: History, maps: &Maps) -> Result<(), String> {
     let text = |error: &dyn Display| error.to_string();
     // Before the long run: a planet that cannot be written is not worth growing.
     check_folder(&flags.out).map_err(|error| text(&error))?;
     let started = Instant::now();
-    let duration = recipe.duration_my;
-    let history = match world {
-        Some(world) => History::imported(recipe, world, SimulationPlugins),
-        None => History::new(recipe),
-    };
-    let mut history = history.map_err(|error| text(&error))?;
+    let duration = history.recipe().duration_my;
+    save(flags, &mut history)?;
     let workers = Workers::new(maps.threads);
     history.world_mut().insert_resource(workers);
     if let Some(interval_my) = flags.history {
@@ -244,11 +287,13 @@ fn grow(
     }
     let mut display = Gauge::new(flags.quiet, duration);
     loop {
-        let before = history.steps();
+        let before = history.progress(duration);
+        let tenth = (10.0 * before.fraction).floor();
         let outcome = history
             .run_until(duration, |progress| {
                 display.show(progress);
-                if flags.check && progress.steps > before {
+                let is_saved = 10.0 * progress.fraction >= tenth + 1.0;
+                if is_saved || flags.check && progress.steps > before.steps {
                     ControlFlow::Break(())
                 } else {
                     ControlFlow::Continue(())
@@ -263,6 +308,9 @@ fn grow(
                     history.time_my()
                 )
             })?;
+        }
+        if (10.0 * history.progress(duration).fraction).floor() > tenth {
+            save(flags, &mut history)?;
         }
         if outcome == Outcome::Finished {
             break;
@@ -281,6 +329,16 @@ fn grow(
     report(&mut history, seconds, &flags.out, files.len())
 }
 
+/// Saves the planet, if that was asked for.
+fn save(flags: &Flags, history: &mut History) -> Result<(), String> {
+    #[cfg(feature = "save")]
+    if let Some(path) = &flags.save {
+        save::write(history, path).map_err(|error| format!("cannot save: {error}"))?;
+    }
+    let _ = (flags, history);
+    Ok(())
+}
+
 /// Prints what was grown.
 fn report(history: &mut History, seconds: f64, folder: &Path, files: usize) -> Result<(), String> {
     let statistics = history.statistics().map_err(|error| error.to_string())?;
@@ -292,7 +350,9 @@ fn report(history: &mut History, seconds: f64, folder: &Path, files: usize) -> R
          mean speed       {speed:6.1} mm/yr\n\
          oldest sea floor {oldest:6.0} My\n\
          state hash       {hash:016x}\n\
+         share code       {code}\n\
          {files} files in       {folder}\n",
+        code = history.recipe(),
         time = history.time_my(),
         steps = history.steps(),
         land = 100.0 * statistics.land_share,
@@ -528,14 +588,70 @@ mod tests {
         ] {
             assert!(start(wrong).unwrap_err().contains("--start image"));
         }
-        let (recipe, _) = prepare(&parse(&["--start", "image"]).unwrap()).unwrap();
+        for (wrong, message) in [
+            (["--start", "image"], "start.image.heights is empty"),
+            (["--image", "no-such.png"], "no-such.png"),
+        ] {
+            let flags = parse(&wrong).unwrap();
+            let (recipe, _) = prepare(&flags).unwrap();
+            let error = begin(&flags, recipe).unwrap_err();
+            assert!(error.contains(message), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_recipe_may_be_a_code_or_a_text() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("recipe.ron");
+        let recipe = Recipe::earth_like(99).with_duration(12.5);
+        fs::write(&path, format!("{recipe:#}")).unwrap();
+        for source in [recipe.to_string().as_str(), path.to_str().unwrap()] {
+            let (read, _) = prepare(&parse(&["--recipe", source]).unwrap()).unwrap();
+            assert_eq!(read, recipe);
+        }
+        let wrong = prepare(&parse(&["--recipe", "no-such.json"]).unwrap()).unwrap_err();
         assert!(
-            world(&recipe)
-                .unwrap_err()
-                .contains("start.image.heights is empty")
+            wrong.contains("no-such.json") && wrong.contains("code"),
+            "{wrong}"
         );
-        let (recipe, _) = prepare(&parse(&["--image", "no-such.png"]).unwrap()).unwrap();
-        assert!(world(&recipe).unwrap_err().contains("no-such.png"));
+    }
+
+    #[cfg(feature = "save")]
+    #[test]
+    fn a_run_in_two_parts_ends_like_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+        let run = |flags: &[&str]| {
+            let out = file("planet");
+            let flags = [flags, &["--width", "64", "--quiet", "--out", &out]].concat();
+            let flags = parse(&flags).unwrap();
+            let (recipe, maps) = prepare(&flags).unwrap();
+            grow(&flags, begin(&flags, recipe)?, &maps)
+        };
+        let planet = ["--sub-plates", "480", "--seed", "3", "--duration", "10"];
+        run(&[&planet[..], &["--save", &file("a")]].concat()).unwrap();
+        run(&[
+            "--resume",
+            &file("a"),
+            "--duration",
+            "20",
+            "--save",
+            &file("b"),
+        ])
+        .unwrap();
+        let mut once = save::read(Path::new(&file("a")), SimulationPlugins).unwrap();
+        once.world_mut().resource_mut::<Recipe>().duration_my = 20.0;
+        once.run_until(20.0, |_| ControlFlow::Continue(())).unwrap();
+        let twice = save::read(Path::new(&file("b")), SimulationPlugins);
+        assert_eq!(twice.unwrap().state_hash(), once.state_hash());
+        let back = run(&["--resume", &file("b"), "--duration", "15"]).unwrap_err();
+        assert!(back.contains("20 My"), "{back}");
+        assert!(
+            run(&["--resume", &file("none")])
+                .unwrap_err()
+                .contains("none")
+        );
+        assert!(parse(&["--resume", "a", "--seed", "3"]).is_err());
     }
 
     #[test]

@@ -75,6 +75,8 @@ macro_rules! constants {
             }
         }
 
+        crate::simulation::recipe::sparse::sparse!($group { $($name),* });
+
         impl ConstantGroup for $group {
             fn name(&self) -> &'static str {
                 $path

@@ -62,7 +62,7 @@ pub use plugin::{
     SimulationPlugin, SimulationPlugins, UpliftPlugin,
 };
 pub use reach::{Reach, reach};
-pub use recipe::{Drive, FEWEST_SUB_PLATES, MOST_SUB_PLATES, Recipe, Start};
+pub use recipe::{Drive, FEWEST_SUB_PLATES, MOST_SUB_PLATES, Recipe, RecipeError, Start};
 pub use schedule::{
     Cancellation, StageTimings, StepFailure, TectonicStep, TectonicSystems, record_failure,
 };

@@ -1,5 +1,10 @@
 //! What a planet is grown from.
 
+mod code;
+pub(super) mod sparse;
+
+pub use code::RecipeError;
+
 use super::{
     constants::Constants,
     error::TectonicError,
