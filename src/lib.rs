@@ -109,6 +109,10 @@ pub mod prelude {
         Intervene, InterventionRefused, Pace, Planet, PlanetPlugin, PlanetStatistics,
         PlanetSurface, PlanetSystems, PlanetView, Planets, Regrowth, SurfaceChanged,
     };
+    #[cfg(feature = "save")]
+    pub use crate::planet::{
+        LoadFailed, LoadPlanet, PlanetLoaded, PlanetSaved, SaveFailed, SavePlanet,
+    };
     pub use crate::simulation::{
         Crust, History, Intervention, LatLon, Orogeny, Outcome, Progress, Recipe,
         SimulationPlugins, Statistics, Surface, TectonicError, TectonicStep, TectonicSystems,

@@ -8,6 +8,10 @@ use core::ops::ControlFlow;
 /// Hash of [`pinned_recipe`] grown to its end.
 const PINNED: u64 = 0x9063_c53d_96bf_59be;
 
+/// A planet of 480 sub-plates on which a rift is scripted.
+const SCRIPTED: &str = "3W3Y0-0Z80W-ERJC8-AR0G0-R05Z2-F0HCV-DQFJJ-S9RMG-MAG0W-6GMFY-QH2VH-RXT01-MSDEZ-20E6B-\
+                        RDPJB-KK3FE-VRRSD-W1KRJ-86KKA-VX8GM-YTERD-V2NZD-CR7HD-3T";
+
 fn pinned_recipe() -> Recipe {
     Recipe::earth_like(42)
         .with_sub_plates(1_000)
@@ -35,6 +39,24 @@ fn a_pinned_recipe_keeps_its_hash() {
          PINNED to 0x{found:016x} and say so in the changelog; if it is not, or if it happens on one \
          platform only, something is no longer deterministic"
     );
+}
+
+/// Codes as people send them, with the planets that grow from them everywhere.
+#[test]
+fn share_codes_grow_their_planets() {
+    for (code, pinned) in [
+        ("2WNEG-1ZG5V-SGSH8", PINNED),
+        (SCRIPTED, 0x1d8b_2b4f_63e0_8cac),
+    ] {
+        let recipe: Recipe = code.parse().unwrap();
+        assert_eq!(recipe.to_string(), code);
+        let found = hash(recipe, 2);
+        assert_eq!(
+            found, pinned,
+            "{code} grows 0x{found:016x}; see the test above"
+        );
+    }
+    assert_eq!(pinned_recipe().to_string(), "2WNEG-1ZG5V-SGSH8");
 }
 
 #[test]

@@ -121,6 +121,17 @@ fn what_reads_files_knows_histories_alone() {
 }
 
 #[test]
+fn saves_know_histories_alone() {
+    assert_never_names_rooms(
+        "save",
+        &["surface", "planet", "render", "editor", "export", "import"],
+    );
+    for folder in ["simulation", "surface", "render", "export", "import"] {
+        assert_never_names_rooms(folder, &["save"]);
+    }
+}
+
+#[test]
 fn upper_rooms_stay_apart() {
     const UPPER: [&str; 3] = ["export", "render", "editor"];
     for folder in ["surface", "planet"] {

@@ -1,6 +1,9 @@
 //! Saves: the same bits, whatever the planet, the moment, the threads; errors for everything else.
 #![cfg(feature = "save")]
 
+#[expect(dead_code, reason = "what the tests of planets need besides")]
+mod game;
+
 use bevy_tectonics::prelude::*;
 use bevy_tectonics::save::{self, SaveError, SavedComponent, SavedComponentPlugin};
 use bevy_tectonics::simulation::laws::{CollisionLaw, ErosionLaw, SeaFloorLaw, UpliftLaw};
@@ -278,6 +281,104 @@ fn components_of_a_game_come_along_or_are_left_behind() {
         .iter(world)
         .count();
     assert_eq!(rows(&mut loaded).len(), count);
+}
+
+/// What saves have answered.
+#[derive(bevy::prelude::Resource, Default, Debug)]
+struct Answers {
+    saved: Vec<f64>,
+    loaded: Vec<f64>,
+    failures: Vec<String>,
+}
+
+fn game_that_saves() -> game::Game {
+    use bevy::prelude::*;
+    let mut game = game::Game::new(PlanetPlugin::default().with_threads(1));
+    game.app
+        .init_resource::<Answers>()
+        .add_observer(|saved: On<PlanetSaved>, mut answers: ResMut<Answers>| {
+            answers.saved.push(saved.time_my);
+        })
+        .add_observer(|loaded: On<PlanetLoaded>, mut answers: ResMut<Answers>| {
+            answers.loaded.push(loaded.time_my);
+        })
+        .add_observer(|failed: On<SaveFailed>, mut answers: ResMut<Answers>| {
+            answers.failures.push(failed.error.to_string());
+        })
+        .add_observer(|failed: On<LoadFailed>, mut answers: ResMut<Answers>| {
+            answers.failures.push(failed.error.to_string());
+        });
+    game
+}
+
+#[test]
+fn a_game_saves_a_planet_and_another_goes_on_with_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("world.save");
+    let recipe = recipe(1).with_duration(20.0);
+    let mut game = game_that_saves();
+    let entity = game.spawn(Planet::new(recipe.clone()).with_end(8.0));
+    let ask = |game: &mut game::Game, path: &Path| {
+        let path = path.to_owned();
+        game.app.world_mut().trigger(SavePlanet { entity, path });
+    };
+    // Asked for in the middle of growth, and again at rest; the later file replaces the first.
+    ask(&mut game, &path);
+    game.until(|game| game.app.world().resource::<Answers>().saved.len() == 1);
+    game.until(|game| game.log.finished == 1);
+    ask(&mut game, &path);
+    game.until(|game| game.app.world().resource::<Answers>().saved.len() == 2);
+    assert!(game.app.world().resource::<Answers>().saved[1] >= 8.0);
+
+    let mut other = game_that_saves();
+    let entity = other.spawn(Planet::new(Recipe::earth_like(77).with_sub_plates(480)));
+    other.until(|game| game.app.world().get::<PlanetSurface>(entity).is_some());
+    let load = path.clone();
+    other
+        .app
+        .world_mut()
+        .trigger(LoadPlanet { entity, path: load });
+    other.until(|game| !game.app.world().resource::<Answers>().loaded.is_empty());
+    assert_eq!(other.planet(entity).recipe.seed, recipe.seed);
+    other.until(|game| game.growth(entity).state == GrowthState::Finished);
+    assert_eq!(other.surface(entity).time_my, 20.0);
+    let mut alone = History::new(recipe).unwrap();
+    alone
+        .run_until(20.0, |_| core::ops::ControlFlow::Continue(()))
+        .unwrap();
+    let expected = alone.surface().unwrap();
+    assert_eq!(other.surface(entity).elevation, expected.elevation);
+    assert_eq!(other.surface(entity).mesh.sites(), expected.mesh.sites());
+}
+
+#[test]
+fn a_planet_goes_on_when_a_file_cannot_be_read_or_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut game = game_that_saves();
+    let recipe = Recipe::earth_like(7)
+        .with_sub_plates(480)
+        .with_duration(10.0);
+    let entity = game.spawn(Planet::new(recipe.clone()));
+    game.until(|game| game.app.world().get::<PlanetSurface>(entity).is_some());
+    let path = folder.path().join("no such folder").join("world.save");
+    let world = game.app.world_mut();
+    world.trigger(LoadPlanet {
+        entity,
+        path: path.clone(),
+    });
+    world.trigger(SavePlanet { entity, path });
+    game.until(|game| game.app.world().resource::<Answers>().failures.len() == 2);
+    game.until(|game| game.log.finished == 1);
+    let failures = &game.app.world().resource::<Answers>().failures;
+    assert!(
+        failures
+            .iter()
+            .all(|error| error.contains("no such folder")),
+        "{failures:?}"
+    );
+    assert!(game.log.failures.is_empty());
+    assert_eq!(game.planet(entity).recipe, recipe);
+    assert_eq!(game.log.firsts, 1);
 }
 
 /// Path of the file that a child of this test writes over and over, if this is that child.

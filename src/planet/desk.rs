@@ -21,6 +21,9 @@ struct Papers {
     report: Report,
     /// What shall happen at the next step.
     asked: Vec<Intervention>,
+    /// Files to which the history is to be saved.
+    #[cfg(feature = "save")]
+    saves: Vec<std::path::PathBuf>,
 }
 
 /// What the game wants.
@@ -53,6 +56,9 @@ pub(super) struct Report {
     pub happened: Vec<EventRecord>,
     /// What was asked for but is not possible at all.
     pub refused: Vec<(Intervention, TectonicError)>,
+    /// What has been saved.
+    #[cfg(feature = "save")]
+    pub saved: Vec<super::saves::Saved>,
     /// The history, when it rests.
     pub returned: Option<Box<Worker>>,
     pub failure: Option<GrowthFailure>,
@@ -127,6 +133,24 @@ impl Desk {
     /// Takes what was asked for.
     pub(super) fn take_asked(&self) -> Vec<Intervention> {
         core::mem::take(&mut self.papers().asked)
+    }
+
+    /// Asks for the history to be saved.
+    #[cfg(feature = "save")]
+    pub(super) fn ask_to_save(&self, paths: Vec<std::path::PathBuf>) {
+        self.papers().saves.extend(paths);
+    }
+
+    /// Takes what is to be saved.
+    #[cfg(feature = "save")]
+    pub(super) fn take_saves(&self) -> Vec<std::path::PathBuf> {
+        core::mem::take(&mut self.papers().saves)
+    }
+
+    /// Whether anything is to be saved.
+    #[cfg(feature = "save")]
+    pub(super) fn has_saves(&self) -> bool {
+        !self.papers().saves.is_empty()
     }
 
     /// Whether the last snapshot was taken.

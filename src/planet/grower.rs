@@ -51,6 +51,8 @@ pub(super) struct Job {
     pub recipe: Recipe,
     pub desk: Arc<Desk>,
     pub idle: Option<Box<Worker>>,
+    /// Whether it was loaded, and so has a surface to show at once.
+    pub is_loaded: bool,
     /// Whether one of its surfaces is what the game sees.
     pub shown: bool,
     /// Whether the first moment is laid out.
@@ -74,7 +76,8 @@ impl Grower {
         steps: u32,
     ) -> Orders {
         let end_my = planet.end_my();
-        let shown = self.job.as_ref().is_some_and(|job| job.shown);
+        let job = self.job.as_ref();
+        let shown = job.is_some_and(|job| job.shown || job.is_loaded);
         let publish = shown || !surface_is_shown || planet.regrowth == Regrowth::Shown;
         let target_my = if planet.paused {
             self.clock_my = time_my;
@@ -99,24 +102,47 @@ impl Grower {
 
     /// Starts a recipe; what grew before stops within a step.
     pub(super) fn sow(&mut self, recipe: &Recipe, stages: &Stages, threads: &PlanetThreads) {
+        self.begin(recipe.clone(), None, stages, threads);
+    }
+
+    /// Goes on with a history; what grew before stops within a step.
+    #[cfg(feature = "save")]
+    pub(super) fn plant(&mut self, history: History, stages: &Stages, threads: &PlanetThreads) {
+        self.begin(history.recipe().clone(), Some(history), stages, threads);
+    }
+
+    fn begin(
+        &mut self,
+        recipe: Recipe,
+        history: Option<History>,
+        stages: &Stages,
+        threads: &PlanetThreads,
+    ) {
         self.stop();
         self.threads = threads.clone();
-        self.clock_my = 0.0;
+        self.clock_my = history.as_ref().map_or(0.0, History::time_my);
         let desk = Arc::new(Desk::default());
+        let mut events_told = 0;
+        let is_loaded = history.is_some();
+        if let Some(history) = &history {
+            desk.watch(history.cancellation());
+            events_told = history.event_log().len();
+        }
         self.job = Some(Job {
             recipe: recipe.clone(),
             idle: Some(Box::new(Worker {
                 desk: desk.clone(),
-                recipe: recipe.clone(),
+                recipe,
                 stages: stages.clone(),
-                history: None,
+                history,
                 published_my: None,
-                events_told: 0,
+                events_told,
                 next_snapshot: Instant::now(),
             })),
             desk,
+            is_loaded,
             shown: false,
-            started: false,
+            started: is_loaded,
             failed: false,
         });
     }
@@ -209,6 +235,10 @@ impl Worker {
         let Some(history) = &self.history else {
             return true;
         };
+        #[cfg(feature = "save")]
+        if self.desk.has_saves() {
+            return true;
+        }
         let time_my = history.time_my();
         orders.steps > 0
             || time_my < orders.target_my
@@ -246,6 +276,12 @@ impl Worker {
             }
             return Ok(Work::Again);
         };
+        #[cfg(feature = "save")]
+        for path in self.desk.take_saves() {
+            let result = crate::save::write(history, &path);
+            let saved = (path, history.time_my(), result);
+            self.desk.report(|report| report.saved.push(saved));
+        }
         let go = owed || history.time_my() < orders.target_my;
         if go {
             // A planet's own recipe alone decides where steps end, never the game's clock.

@@ -31,7 +31,8 @@
 //! | [`PlanetStatistics`] | the plugin | what it measures, and measured; there with the snapshot |
 //!
 //! Events on the planet's entity: [`SurfaceChanged`], [`GrowthProgressed`], [`GrowthFinished`],
-//! [`GrowthFailed`], [`EventHappened`]. To change a planet while it grows, trigger [`Intervene`] on it.
+//! [`GrowthFailed`], [`EventHappened`]. To change a planet while it grows, trigger [`Intervene`] on it; to keep
+//! it, `SavePlanet` and `LoadPlanet` (feature `save`).
 //!
 //! # Frames of reference
 //!
@@ -46,6 +47,8 @@ mod grower;
 mod growth;
 mod plugin;
 mod query;
+#[cfg(feature = "save")]
+mod saves;
 mod statistics;
 mod surface;
 mod threads;
@@ -59,6 +62,8 @@ pub use frame::{from_scene, to_scene};
 pub use growth::{Growth, GrowthState};
 pub use plugin::{PlanetPlugin, PlanetSystems};
 pub use query::{Pick, Planets};
+#[cfg(feature = "save")]
+pub use saves::{LoadFailed, LoadPlanet, PlanetLoaded, PlanetSaved, SaveFailed, SavePlanet};
 pub use statistics::PlanetStatistics;
 pub use surface::PlanetSurface;
 pub use threads::PlanetThreads;
@@ -76,6 +81,7 @@ use bevy::prelude::*;
 #[derive(Component, Debug, Clone, PartialEq, Reflect)]
 #[reflect(Component)]
 #[require(Growth, grower::Grower, PlanetView, Transform)]
+#[cfg_attr(feature = "save", require(saves::Saves))]
 pub struct Planet {
     /// What the planet grows from.
     pub recipe: Recipe,

@@ -79,6 +79,15 @@ impl Plugin for PlanetPlugin {
             .register_type::<PlanetStatistics>()
             .add_observer(intervene)
             .add_systems(PreUpdate, tend_planets.in_set(PlanetSystems::Tend));
+        #[cfg(feature = "save")]
+        app.add_observer(super::saves::ask_to_save)
+            .add_observer(super::saves::ask_to_load)
+            .add_systems(
+                PreUpdate,
+                super::saves::tend_saves
+                    .in_set(PlanetSystems::Tend)
+                    .before(tend_planets),
+            );
     }
 }
 
@@ -148,6 +157,8 @@ fn tend_planets(
                 error,
             });
         }
+        #[cfg(feature = "save")]
+        super::saves::answer(&mut commands, entity, core::mem::take(&mut report.saved));
         job.run(&orders, &threads, deadline);
 
         let now = describe(&growth, &planet, job, &report, surface.is_some());

@@ -68,6 +68,9 @@ pub enum SaveError {
         /// What its serialisation says.
         what: String,
     },
+    /// A step of the history failed, so that it is no longer consistent.
+    #[error("the history has failed and is in no state to be saved")]
+    Failed,
     /// The world is in no state to be saved, or the recipe is not allowed any more.
     #[error(transparent)]
     Tectonic(#[from] TectonicError),

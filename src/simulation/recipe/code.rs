@@ -113,8 +113,8 @@ static BASE_32: LazyLock<Encoding> = LazyLock::new(|| {
 /// use bevy_tectonics::prelude::*;
 ///
 /// let recipe = Recipe::earth_like(7).with_sub_plates(40_000);
-/// assert_eq!(recipe.to_string(), "2Y3H0-E03KA-MZY");
-/// assert_eq!("2y3h0 e03ka mzy".parse(), Ok(recipe.clone()));
+/// assert_eq!(recipe.to_string(), "2C3W1-E024M-7F6");
+/// assert_eq!("2c3w1 eo24m 7f6".parse(), Ok(recipe.clone()));
 /// assert_eq!(format!("{recipe:#}").parse(), Ok(recipe));
 /// ```
 ///
