@@ -171,6 +171,24 @@ fn a_sub_plate_takes_forty_bytes() {
     assert!(each < 40.0, "{each:.1} bytes");
 }
 
+/// Files of every version that was ever released, with the state that is in them.
+#[test]
+fn saves_of_all_versions_load() {
+    for (bytes, steps, state) in [(
+        include_bytes!("save/version_1.save"),
+        120,
+        0x32f6_bc3f_8db4_0676,
+    )] {
+        let mut loaded = save::from_bytes(bytes, SimulationPlugins).unwrap();
+        assert_eq!(loaded.steps(), steps);
+        assert_eq!(loaded.state_hash(), Ok(state));
+        assert_eq!(loaded.statistics_history().moments().len(), 3);
+        assert_eq!(loaded.event_log().len(), 1);
+        advance(&mut loaded, 3);
+        loaded.check().unwrap();
+    }
+}
+
 fn small() -> (History, Vec<u8>) {
     let mut history = History::new(recipe(1).with_sub_plates(300)).unwrap();
     advance(&mut history, 12);
