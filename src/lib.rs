@@ -65,6 +65,8 @@
 //!   [`History::state_hash`](simulation::History::state_hash),
 //!   [`TectonicError`](simulation::TectonicError)
 //! * **Maps**: `export` (a cargo feature)
+//! * **Worlds that last and travel**: `save` (a cargo feature), [`Checkpoint`](simulation::Checkpoint), share codes:
+//!   `recipe.to_string()` and `code.parse::<Recipe>()`, see [`RecipeError`](simulation::RecipeError)
 //! * **Planets that begin as Earth, or as a map you drew**: `import` (a cargo feature),
 //!   [`ImageStart`](simulation::ImageStart), [`ImportedWorld`](simulation::ImportedWorld)
 //! * **The sphere**: [`SphereMesh`](mesh::SphereMesh), usable without Bevy's ECS
@@ -77,6 +79,7 @@
 //! | `export` | yes | equirectangular maps, the coloured relief map, `planet.json` and `history.csv` |
 //! | `import` | with `export` | starts read from height maps and outlines of plates |
 //! | `window` | yes | what the examples need to open a window |
+//! | `save` | no | planets as bytes and files, to go on from where they were |
 //! | `editor` | no | a control panel with `bevy_egui` |
 //!
 //! Without default features the crate compiles no renderer, no window and no image codec.
