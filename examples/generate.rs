@@ -326,7 +326,8 @@ fn grow(flags: &Flags, mut history: History, maps: &Maps) -> Result<(), String> 
         let file = write_history(&history.statistics_history(), &flags.out);
         files.push(file.map_err(|error| text(&error))?);
     }
-    report(&mut history, seconds, &flags.out, files.len())
+    let code = is_told_by_its_recipe(flags).then(|| history.recipe().to_string());
+    report(&mut history, seconds, &flags.out, files.len(), code)
 }
 
 /// Saves the planet, if that was asked for.
@@ -339,8 +340,24 @@ fn save(flags: &Flags, history: &mut History) -> Result<(), String> {
     Ok(())
 }
 
+/// Whether the recipe alone grows the planet again. Where a save ended, a step did.
+fn is_told_by_its_recipe(flags: &Flags) -> bool {
+    #[cfg(feature = "save")]
+    if flags.resume.is_some() && flags.duration.is_some() {
+        return false;
+    }
+    let _ = flags;
+    true
+}
+
 /// Prints what was grown.
-fn report(history: &mut History, seconds: f64, folder: &Path, files: usize) -> Result<(), String> {
+fn report(
+    history: &mut History,
+    seconds: f64,
+    folder: &Path,
+    files: usize,
+    code: Option<String>,
+) -> Result<(), String> {
     let statistics = history.statistics().map_err(|error| error.to_string())?;
     let hash = history.state_hash().map_err(|error| error.to_string())?;
     let text = format!(
@@ -350,9 +367,9 @@ fn report(history: &mut History, seconds: f64, folder: &Path, files: usize) -> R
          mean speed       {speed:6.1} mm/yr\n\
          oldest sea floor {oldest:6.0} My\n\
          state hash       {hash:016x}\n\
-         share code       {code}\n\
+         {code}\
          {files} files in       {folder}\n",
-        code = history.recipe(),
+        code = code.map_or_else(String::new, |code| format!("share code       {code}\n")),
         time = history.time_my(),
         steps = history.steps(),
         land = 100.0 * statistics.land_share,

@@ -46,7 +46,7 @@ fn a_pinned_recipe_keeps_its_hash() {
 fn share_codes_grow_their_planets() {
     for (code, pinned) in [
         ("2WNEG-1ZG5V-SGSH8", PINNED),
-        (SCRIPTED, 0x1d8b_2b4f_63e0_8cac),
+        (SCRIPTED, 0x1d8b_2b20_d2f2_bcac),
     ] {
         let recipe: Recipe = code.parse().unwrap();
         assert_eq!(recipe.to_string(), code);

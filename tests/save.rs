@@ -370,6 +370,65 @@ fn a_game_saves_a_planet_and_another_goes_on_with_it() {
 }
 
 #[test]
+fn a_planet_that_is_loaded_at_its_end_or_with_a_pace_says_where_it_stands() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("world.save");
+    let mut history = History::new(recipe(1).with_duration(9.0)).unwrap();
+    let going_on = |_: &Progress| core::ops::ControlFlow::Continue(());
+    history.run_until(9.0, going_on).unwrap();
+    save::write(&mut history, &path).unwrap();
+
+    let mut game = game_that_saves();
+    let mut planet = Planet::new(Recipe::earth_like(77).with_sub_plates(480));
+    planet.paused = true;
+    let entity = game.spawn(planet);
+    let load = |game: &mut game::Game, count: usize| {
+        let path = path.clone();
+        game.app.world_mut().trigger(LoadPlanet { entity, path });
+        game.until(|game| game.app.world().resource::<Answers>().loaded.len() == count);
+    };
+    load(&mut game, 1);
+    game.until(|game| game.log.finished == 1);
+    assert_eq!(game.growth(entity).progress.time_my, 9.0);
+    // Further, at a pace that is a fraction of what the save has behind it.
+    game.planet(entity).resume();
+    game.planet(entity).pace = Pace::MyPerSecond(5.0);
+    load(&mut game, 2);
+    game.planet(entity).until_my = Some(12.0);
+    game.until(|game| game.growth(entity).progress.time_my >= 12.0);
+    game.until(|game| game.growth(entity).state == GrowthState::Finished);
+}
+
+#[test]
+fn a_save_before_a_load_is_of_the_planet_before() {
+    let folder = tempfile::tempdir().unwrap();
+    let (old, new) = (folder.path().join("old"), folder.path().join("new"));
+    let mut history = History::new(recipe(1)).unwrap();
+    save::write(&mut history, &new).unwrap();
+    let mut game = game_that_saves();
+    let entity = game.spawn(Planet::new(Recipe::earth_like(77).with_sub_plates(480)));
+    game.until(|game| game.app.world().get::<PlanetSurface>(entity).is_some());
+    let world = game.app.world_mut();
+    world.trigger(SavePlanet {
+        entity,
+        path: old.clone(),
+    });
+    world.trigger(LoadPlanet { entity, path: new });
+    game.until(|game| !game.app.world().resource::<Answers>().loaded.is_empty());
+    assert_eq!(game.app.world().resource::<Answers>().saved.len(), 1);
+    let kept = save::read(&old, SimulationPlugins).unwrap();
+    assert_eq!(kept.recipe().seed, 77);
+    // What nobody will save any more is said, too.
+    let world = game.app.world_mut();
+    world.trigger(SavePlanet { entity, path: old });
+    game.planet(entity).recipe.seed += 1;
+    game.until(|game| {
+        let answers = game.app.world().resource::<Answers>();
+        answers.saved.len() + answers.failures.len() == 2
+    });
+}
+
+#[test]
 fn a_planet_goes_on_when_a_file_cannot_be_read_or_written() {
     let folder = tempfile::tempdir().unwrap();
     let mut game = game_that_saves();

@@ -1,7 +1,5 @@
 //! A mesh from what tells it apart: for meshes that were stored.
 
-use std::cmp::Ordering;
-
 use glam::DVec3;
 use thiserror::Error;
 
@@ -142,7 +140,8 @@ impl<E: EdgePayload> SphereMesh<E> {
                 let way = self.site(self.dest(h)) - site;
                 (turn(way.dot(east), way.dot(north)), h)
             }));
-            around.sort_by(|a, b| a.0.partial_cmp(&b.0).unwrap_or(Ordering::Equal));
+            // Total, for sites may coincide until that is refused.
+            around.sort_by(|a, b| a.0.total_cmp(&b.0));
             for (i, &(_, h)) in around.iter().enumerate() {
                 let ccw = around[(i + 1) % around.len()].1;
                 // The triangle between the two comes in along the one and leaves along the other.

@@ -147,7 +147,7 @@ impl Desk {
         core::mem::take(&mut self.papers().saves)
     }
 
-    /// Whether anything is to be saved.
+    /// Whether anything is still to be saved.
     #[cfg(feature = "save")]
     pub(super) fn has_saves(&self) -> bool {
         !self.papers().saves.is_empty()

@@ -8,6 +8,8 @@ use super::{
     surface::PlanetSurface,
     threads::PlanetThreads,
 };
+#[cfg(feature = "save")]
+use crate::simulation::Progress;
 use crate::simulation::{History, Intervention, Recipe, TectonicError};
 use bevy::app::PluginGroupBuilder;
 use bevy::platform::time::Instant;
@@ -43,6 +45,9 @@ pub(super) struct Grower {
     pub threads: PlanetThreads,
     /// What shall happen to the planet, until it lies on the desk of its history.
     pub asked: Vec<Intervention>,
+    /// Files that a history which has ended was to be saved to, and perhaps was not.
+    #[cfg(feature = "save")]
+    pub unsaved: Vec<std::path::PathBuf>,
 }
 
 /// One recipe being grown.
@@ -51,6 +56,9 @@ pub(super) struct Job {
     pub recipe: Recipe,
     pub desk: Arc<Desk>,
     pub idle: Option<Box<Worker>>,
+    /// Files to which it is being saved.
+    #[cfg(feature = "save")]
+    pub saving: Vec<std::path::PathBuf>,
     /// Whether it was loaded, and so has a surface to show at once.
     pub is_loaded: bool,
     /// Whether one of its surfaces is what the game sees.
@@ -107,8 +115,17 @@ impl Grower {
 
     /// Goes on with a history; what grew before stops within a step.
     #[cfg(feature = "save")]
-    pub(super) fn plant(&mut self, history: History, stages: &Stages, threads: &PlanetThreads) {
+    pub(super) fn plant(
+        &mut self,
+        history: History,
+        progress: Progress,
+        stages: &Stages,
+        threads: &PlanetThreads,
+    ) {
         self.begin(history.recipe().clone(), Some(history), stages, threads);
+        if let Some(job) = &self.job {
+            job.desk.report(|report| report.progress = progress);
+        }
     }
 
     fn begin(
@@ -140,6 +157,8 @@ impl Grower {
                 next_snapshot: Instant::now(),
             })),
             desk,
+            #[cfg(feature = "save")]
+            saving: Vec::new(),
             is_loaded,
             shown: false,
             started: is_loaded,
@@ -149,6 +168,8 @@ impl Grower {
 
     fn stop(&mut self) {
         if let Some(job) = self.job.take() {
+            #[cfg(feature = "save")]
+            self.unsaved.extend(job.saving);
             let returned = job.desk.stop();
             if let Some(worker) = job.idle.or(returned) {
                 self.threads.retire(worker);

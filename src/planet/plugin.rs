@@ -158,7 +158,13 @@ fn tend_planets(
             });
         }
         #[cfg(feature = "save")]
-        super::saves::answer(&mut commands, entity, core::mem::take(&mut report.saved));
+        {
+            let saved = core::mem::take(&mut report.saved);
+            super::saves::answer(&mut commands, entity, &mut job.saving, saved);
+            if report.failure.is_some() {
+                grower.unsaved.append(&mut job.saving);
+            }
+        }
         job.run(&orders, &threads, deadline);
 
         let now = describe(&growth, &planet, job, &report, surface.is_some());

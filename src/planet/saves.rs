@@ -16,7 +16,8 @@ use std::{
 /// `commands.trigger(SavePlanet { entity, path })`. [`PlanetSaved`] or [`SaveFailed`] answers.
 ///
 /// It is written on the planet's thread, after the step under way. The file that was there before stays until
-/// the new one is complete.
+/// the new one is complete. A planet that is replaced before, by another recipe, may be saved or not, and
+/// [`SaveFailed`] says so.
 #[derive(EntityEvent, Debug, Clone, PartialEq)]
 pub struct SavePlanet {
     /// The planet.
@@ -26,7 +27,8 @@ pub struct SavePlanet {
 }
 
 /// Puts a saved planet in the place of this one: *you* trigger it on the planet's entity.
-/// [`PlanetLoaded`] or [`LoadFailed`] answers; until then, and after a failure, the old planet goes on.
+/// [`PlanetLoaded`] or [`LoadFailed`] answers; until then, and after a failure, the old planet goes on. It waits
+/// until the old planet has been saved, if that was asked for; a later one takes the place of one under way.
 ///
 /// [`Planet::recipe`] becomes that of the save. To load without a planet before, spawn one that is paused.
 #[derive(EntityEvent, Debug, Clone, PartialEq)]
@@ -89,7 +91,14 @@ pub(super) type Saved = (PathBuf, f64, Result<(), SaveError>);
 pub(super) struct Saves {
     asked: Vec<PathBuf>,
     to_load: Option<PathBuf>,
-    loading: Option<(PathBuf, Arc<Mutex<Option<Loaded>>>)>,
+    loading: Option<Loading>,
+}
+
+/// A file that is being read.
+#[derive(Debug)]
+struct Loading {
+    path: PathBuf,
+    result: Arc<Mutex<Option<Loaded>>>,
 }
 
 type Loaded = Result<History, SaveError>;
@@ -124,69 +133,102 @@ pub(super) fn tend_saves(
     mut planets: Query<Kept>,
 ) {
     for (entity, mut planet, mut growth, mut grower, mut saves) in &mut planets {
-        if let Some(path) = saves.to_load.take() {
-            let result = Arc::new(Mutex::new(None));
-            let (stages, file, there) = (stages.clone(), path.clone(), result.clone());
-            let load = move || {
-                let loaded = save::read(&file, (stages.0)());
-                *there.lock().unwrap_or_else(PoisonError::into_inner) = Some(loaded);
-            };
-            if threads.has_any() {
-                threads.spawn(async move { load() });
-            } else {
-                load();
+        // The planet that was there when it was asked for: before anything is loaded. One that was spawned in
+        // this frame has no history to ask yet.
+        match &mut grower.job {
+            Some(job) if !job.failed => {
+                let asked = core::mem::take(&mut saves.asked);
+                job.saving.extend_from_slice(&asked);
+                job.desk.ask_to_save(asked);
             }
-            saves.loading = Some((path, result));
+            Some(_) => grower.unsaved.append(&mut saves.asked),
+            None => {}
         }
-        let is_there = |(path, result): &(PathBuf, Arc<Mutex<Option<Loaded>>>)| {
-            let mut result = result.lock().unwrap_or_else(PoisonError::into_inner);
-            result.take().map(|loaded| (path.clone(), loaded))
+        for path in grower.unsaved.drain(..) {
+            let error = SaveError::Failed;
+            commands.trigger(SaveFailed {
+                entity,
+                path,
+                error,
+            });
+        }
+        let is_saving = grower
+            .job
+            .as_ref()
+            .is_some_and(|job| !job.saving.is_empty());
+        if let Some(path) = saves.to_load.take_if(|_| !is_saving) {
+            saves.loading = Some(Loading::start(path, &stages, &threads));
+        }
+        let Some(loaded) = saves.loading.as_ref().and_then(Loading::result) else {
+            continue;
         };
-        if let Some((path, loaded)) = saves.loading.as_ref().and_then(is_there) {
-            saves.loading = None;
-            match loaded {
-                Ok(history) => {
-                    let time_my = history.time_my();
-                    planet.recipe = history.recipe().clone();
-                    grower.plant(history, &stages, &threads);
-                    growth.set_if_neq(Growth::default());
-                    commands.trigger(PlanetLoaded {
-                        entity,
-                        path,
-                        time_my,
-                    });
-                }
-                Err(error) => commands.trigger(LoadFailed {
+        let path = saves
+            .loading
+            .take()
+            .map(|loading| loading.path)
+            .unwrap_or_default();
+        match loaded {
+            Ok(history) => {
+                planet.recipe = history.recipe().clone();
+                let time_my = history.time_my();
+                let progress = history.progress(planet.end_my());
+                grower.plant(history, progress, &stages, &threads);
+                growth.set_if_neq(Growth {
+                    progress,
+                    ..Growth::default()
+                });
+                commands.trigger(PlanetLoaded {
                     entity,
                     path,
-                    error,
-                }),
+                    time_my,
+                });
             }
-        }
-        // A planet that was spawned in this frame has no history to ask yet.
-        if saves.asked.is_empty() {
-            continue;
-        }
-        match &grower.job {
-            Some(job) if job.failed => {
-                for path in saves.asked.drain(..) {
-                    let error = SaveError::Failed;
-                    commands.trigger(SaveFailed {
-                        entity,
-                        path,
-                        error,
-                    });
-                }
-            }
-            Some(job) => job.desk.ask_to_save(core::mem::take(&mut saves.asked)),
-            None => {}
+            Err(error) => commands.trigger(LoadFailed {
+                entity,
+                path,
+                error,
+            }),
         }
     }
 }
 
+impl Loading {
+    /// Starts to read a file beside the game, or reads it here where there are no threads.
+    fn start(path: PathBuf, stages: &Stages, threads: &PlanetThreads) -> Self {
+        let result = Arc::new(Mutex::new(None));
+        let (stages, file, there) = (stages.clone(), path.clone(), result.clone());
+        let load = move || {
+            let loaded = save::read(&file, (stages.0)());
+            *there.lock().unwrap_or_else(PoisonError::into_inner) = Some(loaded);
+        };
+        if threads.has_any() {
+            threads.spawn(async move { load() });
+        } else {
+            load();
+        }
+        Self { path, result }
+    }
+
+    /// What has been read, once it is there.
+    fn result(&self) -> Option<Loaded> {
+        // Asked first: whoever reads holds it until the result is there, or has panicked.
+        let is_over = Arc::strong_count(&self.result) == 1;
+        let mut result = self.result.lock().unwrap_or_else(PoisonError::into_inner);
+        result.take().or(is_over.then_some(Err(SaveError::Failed)))
+    }
+}
+
 /// Tells the game what became of its requests.
-pub(super) fn answer(commands: &mut Commands, entity: Entity, saved: Vec<Saved>) {
+pub(super) fn answer(
+    commands: &mut Commands,
+    entity: Entity,
+    saving: &mut Vec<PathBuf>,
+    saved: Vec<Saved>,
+) {
     for (path, time_my, result) in saved {
+        if let Some(at) = saving.iter().position(|asked| *asked == path) {
+            saving.remove(at);
+        }
         match result {
             Ok(()) => commands.trigger(PlanetSaved {
                 entity,

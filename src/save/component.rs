@@ -17,7 +17,7 @@ const PREFIX: &str = "+";
 /// Longest name in characters.
 const LONGEST_NAME: usize = 15;
 /// Most bytes of a component on one sub-plate, before they are compressed.
-const MOST_BYTES: usize = 1024;
+const MOST_BYTES: usize = 256;
 
 /// A component of your own on every sub-plate that saves carry along. Add a [`SavedComponentPlugin`] for it to
 /// the stages.
@@ -112,16 +112,22 @@ fn encode<C: SavedComponent>(world: &mut World) -> Result<Vec<u8>, String> {
 }
 
 fn decode<C: SavedComponent>(world: &mut World, bytes: &[u8]) -> Result<(), String> {
-    let values: Vec<C> = postcard::from_bytes(bytes).map_err(|error| error.to_string())?;
     let mut query = world.query_filtered::<&mut C, With<SubPlate>>();
     let rows = query.iter(world).count();
-    if rows != values.len() {
-        return Err(format!("{} values for {rows} sub-plates", values.len()));
+    // A list is its length and its elements.
+    let (count, mut bytes) =
+        postcard::take_from_bytes::<u64>(bytes).map_err(|error| error.to_string())?;
+    if count != rows as u64 {
+        return Err(format!("{count} values for {rows} sub-plates"));
     }
-    for (mut row, value) in query.iter_mut(world).zip(values) {
-        *row = value;
+    for mut row in query.iter_mut(world) {
+        (*row, bytes) = postcard::take_from_bytes(bytes).map_err(|error| error.to_string())?;
     }
-    Ok(())
+    if bytes.is_empty() {
+        Ok(())
+    } else {
+        Err("more than its values".into())
+    }
 }
 
 /// The sections of all components of a world.

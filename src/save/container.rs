@@ -101,8 +101,8 @@ pub(super) fn open(file: &[u8]) -> Result<Vec<Section<'_>>, SaveError> {
         offset: 0,
         what: what.into(),
     };
-    let table = HEAD + ROW * count as usize;
-    if length < table as u64 + 8 {
+    let table = HEAD as u64 + ROW as u64 * u64::from(count);
+    if length < table + 8 {
         return Err(header("its length and its number of sections do not fit"));
     }
     if length > file.len() as u64 {
@@ -114,6 +114,8 @@ pub(super) fn open(file: &[u8]) -> Result<Vec<Section<'_>>, SaveError> {
     if length < file.len() as u64 {
         return Err(header("bytes follow after the end"));
     }
+    // No longer than the file, as is now known.
+    let table = table as usize;
     if long(table) != Some(xxh3_64(&file[..table])) {
         return Err(header("the checksum does not fit"));
     }

@@ -68,8 +68,8 @@ pub enum SaveError {
         /// What its serialisation says.
         what: String,
     },
-    /// A step of the history failed, so that it is no longer consistent.
-    #[error("the history has failed and is in no state to be saved")]
+    /// A planet in a game failed or was replaced before it was saved, or reading a file panicked.
+    #[error("the planet is gone, or a stage of the simulation has panicked")]
     Failed,
     /// The world is in no state to be saved, or the recipe is not allowed any more.
     #[error(transparent)]

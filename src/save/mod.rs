@@ -113,6 +113,49 @@ mod tests {
     use crate::simulation::{Recipe, SimulationPlugins, streams};
     use rand::RngExt;
 
+    /// Seals a file whose record says something else.
+    fn with_record(file: &[u8], change: impl Fn(String) -> String) -> Vec<u8> {
+        let sections = container::open(file).unwrap();
+        let sections: Vec<(String, Vec<u8>)> = sections
+            .iter()
+            .map(|section| {
+                let mut bytes = section.bytes.to_vec();
+                if section.name == planet::RECORD {
+                    let record = text::inflate(&bytes, 1 << 20).unwrap();
+                    let record = change(String::from_utf8(record).unwrap());
+                    bytes = text::deflate(record.as_bytes());
+                }
+                (section.name.to_owned(), bytes)
+            })
+            .collect();
+        container::assemble(&sections)
+    }
+
+    #[test]
+    fn small_files_do_not_claim_much_memory() {
+        let mut history = History::new(Recipe::earth_like(3).with_sub_plates(300)).unwrap();
+        let file = to_bytes(&mut history).unwrap();
+        let load = |change: &dyn Fn(String) -> String| {
+            from_bytes(&with_record(&file, change), SimulationPlugins).map(|_| ())
+        };
+        load(&|record| record).unwrap();
+        let moments = format!("moments:[{}]", "(),".repeat(200_000));
+        for (from, to) in [
+            ("moments:[]", moments.as_str()),
+            ("sub_plates:300,edge", "sub_plates:600,edge"),
+            ("edge_slots:894", "edge_slots:5000"),
+            ("steps:0", "steps:18446744073709551615"),
+            ("waited:0.0", "waited:-5.0"),
+        ] {
+            let change = |record: String| {
+                assert!(record.contains(from), "{from} in {record}");
+                record.replacen(from, to, 1)
+            };
+            let error = load(&change).unwrap_err().to_string();
+            assert!(error.contains("\"record\""), "{from}: {error}");
+        }
+    }
+
     /// How many mutations the test below tries; many more are worth an hour now and then.
     fn tries() -> u64 {
         let wanted = std::env::var("BEVY_TECTONICS_MUTATIONS");

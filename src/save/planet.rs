@@ -19,7 +19,7 @@ use crate::{
 };
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::{borrow::Borrow, collections::BTreeMap};
 
 /// Names of the sections.
 pub(super) const RECORD: &str = "record";
@@ -55,6 +55,8 @@ pub(super) fn pack(checkpoint: &Checkpoint) -> Result<Vec<(&'static str, Vec<u8>
         offset: 0,
         what,
     };
+    opening.validate().map_err(|what| fault(RECORD, what))?;
+    validate::rows(rows, record).map_err(|what| fault(ROWS, what))?;
     let text = ron::to_string(&opening).map_err(|error| fault(RECORD, error.to_string()))?;
     if text.len() > LARGEST_RECORD {
         return Err(SaveError::TooLarge {
@@ -111,19 +113,32 @@ fn open_record(bytes: &[u8]) -> Result<Opening<Record>, Fault> {
     let text = super::text::inflate(bytes, LARGEST_RECORD)?;
     let text = String::from_utf8(text).map_err(|error| error.to_string())?;
     let opening: Opening<Record> = ron::from_str(&text).map_err(|error| error.to_string())?;
-    validate::record(&opening.record, opening.sub_plates)?;
-    let asked = opening.record.recipe.sub_plates as usize;
-    if opening.sub_plates > MOST_PER_SUB_PLATE * asked {
-        return Err(format!(
-            "{} sub-plates, of {asked} in the recipe",
-            opening.sub_plates
-        ));
-    }
-    // A free edge for each live one at most: they are compacted long before.
-    if opening.edge_slots > 6 * opening.sub_plates || opening.free_edges > opening.edge_slots {
-        return Err(format!("{} places for edges", opening.edge_slots));
-    }
+    opening.validate()?;
     Ok(opening)
+}
+
+impl<R: Borrow<Record>> Opening<R> {
+    /// Verifies lengths and figures, before anything is allocated by them and before anything is written.
+    fn validate(&self) -> Result<(), Fault> {
+        let record = self.record.borrow();
+        validate::record(record, self.sub_plates)?;
+        let asked = record.recipe.sub_plates as usize;
+        if self.sub_plates < 4 || self.sub_plates > MOST_PER_SUB_PLATE * asked {
+            return Err(format!(
+                "{} sub-plates, of {asked} in the recipe",
+                self.sub_plates
+            ));
+        }
+        // Euler's formula; and free edges are compacted long before they are many.
+        let live = 3 * self.sub_plates - 6;
+        if self.edge_slots.checked_sub(self.free_edges) != Some(live) || self.free_edges > live {
+            return Err(format!(
+                "{} places for edges, {} of them free",
+                self.edge_slots, self.free_edges
+            ));
+        }
+        Ok(())
+    }
 }
 
 /// What springs are expected to be as long as: chords, in radii.

@@ -8,6 +8,10 @@ use std::collections::BTreeSet;
 const LARGEST: f64 = 1e12;
 /// Radians in a My: 60 times as fast as any event may turn a plate.
 const FASTEST: f64 = 20.0;
+/// Most plates: the balance of their torques is a dense system of three times as many equations.
+const MOST_PLATES: usize = 1_000;
+/// Most steps: a history has some tens of thousands.
+const MOST_STEPS: u64 = 1 << 53;
 /// Largest departure of a direction's length from 1.
 const UNIT: f64 = 1e-6;
 
@@ -46,12 +50,33 @@ pub(super) fn record(record: &Record, vertices: usize) -> Result<(), Fault> {
     if let Some((name, value)) = figures.into_iter().find(|(_, value)| !measures(*value)) {
         return Err(format!("{name}: {value}"));
     }
+    if clock.steps > MOST_STEPS {
+        return Err(format!("{} steps", clock.steps));
+    }
+    let ticks = [
+        clock.geology,
+        clock.reorganisation,
+        clock.refinement,
+        clock.margins,
+    ];
+    if let Some(tick) = ticks
+        .iter()
+        .find(|tick| !(0.0..LARGEST).contains(&tick.waited()))
+    {
+        return Err(format!("a stage has waited for {} My", tick.waited()));
+    }
     if clock.time_my < 0.0 || clock.events_done > record.recipe.events.len() {
         return Err(format!(
             "{} of {} events are over after {} My",
             clock.events_done,
             record.recipe.events.len(),
             clock.time_my
+        ));
+    }
+    if record.plates.len() > MOST_PLATES {
+        return Err(format!(
+            "{} plates, of {MOST_PLATES} at most",
+            record.plates.len()
         ));
     }
     if record.plates.is_empty() || !record.plates.is_sorted_by(|a, b| a.id < b.id) {
@@ -107,7 +132,9 @@ pub(super) fn record(record: &Record, vertices: usize) -> Result<(), Fault> {
 /// Verifies the columns.
 pub(super) fn rows(rows: &Rows, record: &Record) -> Result<(), Fault> {
     let ids: BTreeSet<_> = record.plates.iter().map(|plate| plate.id).collect();
+    let mut grounded = BTreeSet::new();
     for v in 0..rows.plate.len() {
+        grounded.insert(rows.plate[v]);
         if !ids.contains(&rows.plate[v]) {
             return Err(format!(
                 "sub-plate {v} is of plate {}, which is none",
@@ -140,5 +167,8 @@ pub(super) fn rows(rows: &Rows, record: &Record) -> Result<(), Fault> {
             ));
         }
     }
-    Ok(())
+    match ids.difference(&grounded).next() {
+        Some(id) => Err(format!("plate {} has no sub-plate", id.0)),
+        None => Ok(()),
+    }
 }

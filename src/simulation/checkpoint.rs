@@ -232,7 +232,26 @@ impl Checkpoint {
 mod tests {
     use super::super::History;
     use super::*;
-    use crate::simulation::SimulationPlugins;
+    use crate::simulation::{SimulationPlugins, TectonicStep, TectonicSystems};
+
+    #[test]
+    fn half_a_step_is_no_checkpoint() {
+        let mut history = History::new(Recipe::earth_like(5).with_sub_plates(300)).unwrap();
+        history.step().unwrap();
+        let cancellation = history.cancellation();
+        let cancel = move || cancellation.cancel();
+        history
+            .world_mut()
+            .schedule_scope(TectonicStep, |_, schedule| {
+                schedule.add_systems(cancel.in_set(TectonicSystems::Move));
+            });
+        history.checkpoint().unwrap();
+        history.step().unwrap();
+        assert!(matches!(
+            history.checkpoint(),
+            Err(TectonicError::Interrupted { .. })
+        ));
+    }
 
     #[test]
     fn a_resumed_history_is_the_one_that_was_never_stopped() {

@@ -107,6 +107,12 @@ pub enum TectonicError {
         /// Vertices of the mesh.
         expected: usize,
     },
+    /// The last step failed or was cancelled between two of its stages: nothing can go on from here.
+    #[error("the history was stopped in the middle of the step to {time_my:.3} My")]
+    Interrupted {
+        /// Where the step would have ended, in My.
+        time_my: f64,
+    },
     /// A linear system of the torque balance had no solution.
     #[error("the torque balance has no finite solution at {time_my:.3} My")]
     TorqueBalance {

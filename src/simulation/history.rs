@@ -55,6 +55,8 @@ pub enum Outcome {
 #[derive(Debug)]
 pub struct History {
     world: World,
+    /// Whether a step has stopped half-way.
+    is_interrupted: bool,
 }
 
 impl History {
@@ -134,7 +136,10 @@ impl History {
         {
             statistics::record(&mut world)?;
         }
-        Ok(Self { world })
+        Ok(Self {
+            world,
+            is_interrupted: false,
+        })
     }
 
     /// The planet as it is now, as plain data that may be kept, and gone on from any number of times.
@@ -153,8 +158,13 @@ impl History {
     /// ```
     ///
     /// # Errors
-    /// [`TectonicError::Archetype`] if the sub-plates no longer lie in one table.
+    /// [`TectonicError::Archetype`] if the sub-plates no longer lie in one table,
+    /// [`TectonicError::Interrupted`] once a step has failed or was cancelled.
     pub fn checkpoint(&mut self) -> Result<Checkpoint, TectonicError> {
+        if self.is_interrupted {
+            let time_my = self.time_my();
+            return Err(TectonicError::Interrupted { time_my });
+        }
         Checkpoint::take(&mut self.world)
     }
 
@@ -170,7 +180,10 @@ impl History {
         checkpoint.recipe().validate()?;
         let mut world = empty_world(plugins);
         checkpoint.fill(&mut world);
-        Ok(Self { world })
+        Ok(Self {
+            world,
+            is_interrupted: false,
+        })
     }
 
     /// Runs one step; nothing once the history was cancelled.
@@ -191,11 +204,9 @@ impl History {
         self.world.resource_mut::<Clock>().stop_at_my = end_my;
         self.world.run_schedule(TectonicStep);
         self.world.clear_trackers();
-        self.world
-            .resource_mut::<StepFailure>()
-            .0
-            .take()
-            .map_or(Ok(()), Err)
+        let failure = self.world.resource_mut::<StepFailure>().0.take();
+        self.is_interrupted |= failure.is_some() || self.cancellation().is_cancelled();
+        failure.map_or(Ok(()), Err)
     }
 
     /// Runs until a time, calling `each_step` after every step. `Break` stops the run, as does

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// Volumes of continental crust in km³ and areas of sea floor in km², since the start.
 ///
-/// `initial + arc_magma + plume_magma + accreted + prescribed − eroded` is the continental volume, where
+/// `initial + arc_magma + plume_magma + accreted + prescribed + rounded − eroded` is the continental volume, where
 /// [`accreted`](Self::accreted_km3) sums four of the books; see [`closing_error`](Self::closing_error).
 #[derive(Resource, Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, Reflect)]
 #[reflect(Resource)]
@@ -29,6 +29,9 @@ pub struct Ledger {
     pub eroded_km3: f64,
     /// What events made continental less what they made sea floor, km³.
     pub prescribed_km3: f64,
+    /// What the rounding of thicknesses and areas has added to continents or taken, km³: next to nothing, but for
+    /// the last sliver of a vanishing one.
+    pub rounded_km3: f64,
     /// Area of crust made at ridges, km².
     pub area_created_km2: f64,
     /// Area of crust consumed at trenches and in collisions, km².
@@ -54,6 +57,7 @@ impl Ledger {
             + self.plume_magma_km3
             + self.accreted_km3()
             + self.prescribed_km3
+            + self.rounded_km3
             - self.eroded_km3
     }
 

@@ -9,8 +9,7 @@ pub(crate) const SITE_STEPS: f64 = (1_u64 << 50) as f64;
 pub(crate) const DIRECTION_STEPS: f32 = (1_u32 << 20) as f32;
 /// Rest lengths of springs: 1.5 m on Earth, where springs yield at hundreds.
 pub(crate) const REST_STEPS: f64 = (1_u64 << 22) as f64;
-/// Thickness of crust: a millimetre each time the ground settles. The ledger of the smallest planet opens by
-/// some 1e-7 of its volume in 10,000 My, and may open by 1e-6.
+/// Thickness of crust: a millimetre each time margins bend or the ground settles. What that adds up to is booked.
 pub(crate) const THICKNESS_STEPS: f64 = (1_u64 << 20) as f64;
 /// Elevations: 2 cm.
 pub(crate) const ELEVATION_STEPS: f64 = 64.0;

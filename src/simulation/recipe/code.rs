@@ -13,7 +13,7 @@
 //!
 //! Varints are little-endian groups of seven bits, as in LEB128.
 
-use super::{Recipe, sparse};
+use super::{Recipe, Start, sparse};
 use crate::simulation::TectonicError;
 use core::{fmt, str::FromStr};
 use data_encoding::{Encoding, Specification};
@@ -79,6 +79,12 @@ pub enum RecipeError {
         /// Largest length in bytes.
         most: usize,
     },
+    /// A code that names files.
+    #[error("the code begins with files of another machine, {files:?}")]
+    Files {
+        /// Path of the height map.
+        files: String,
+    },
     /// A value outside its range.
     #[error(transparent)]
     Value(#[from] TectonicError),
@@ -119,7 +125,7 @@ static BASE_32: LazyLock<Encoding> = LazyLock::new(|| {
 /// ```
 ///
 /// A code grows the same planet with the same version of this crate. Later versions read it, but may grow
-/// another planet from it.
+/// another planet from it. That of a recipe which starts from files is refused: send the text and the files.
 impl fmt::Display for Recipe {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let text = if f.alternate() {
@@ -259,11 +265,18 @@ fn decode(code: &str) -> Result<Recipe, RecipeError> {
     if text.len() > LONGEST {
         return Err(RecipeError::TooLong { most: LONGEST });
     }
+    let rest = read(&text)?;
+    // What a stranger sends shall not open a file.
+    if let Start::Image(image) = &rest.start {
+        return Err(RecipeError::Files {
+            files: image.heights.clone(),
+        });
+    }
     Ok(Recipe {
         seed: plain.seed,
         sub_plates: plain.sub_plates,
         duration_my: plain.duration_my,
-        ..read(&text)?
+        ..rest
     })
 }
 
@@ -351,6 +364,19 @@ mod tests {
             text.lines().count() < 40 && !text.contains("land_share"),
             "{text}"
         );
+    }
+
+    #[test]
+    fn a_code_opens_no_files() {
+        let mut recipe = Recipe::default();
+        recipe.start = Start::Image(crate::simulation::ImageStart {
+            heights: "/dev/zero".into(),
+            ..Default::default()
+        });
+        let files = "/dev/zero".into();
+        let code = recipe.to_string().parse::<Recipe>();
+        assert_eq!(code, Err(RecipeError::Files { files }));
+        assert_eq!(format!("{recipe:#}").parse(), Ok(recipe));
     }
 
     #[test]

@@ -381,6 +381,7 @@ pub(in crate::simulation) fn settle(
     workers: Res<Workers>,
     topology: Res<Topology>,
     mut sea: ResMut<Sea>,
+    mut ledger: ResMut<Ledger>,
     mut sub_plates: Query<
         (
             &PlateId,
@@ -406,9 +407,13 @@ pub(in crate::simulation) fn settle(
         thickness.bypass_change_detection(),
         area.bypass_change_detection(),
     );
-    for (thickness, area) in thickness.iter_mut().zip(area.iter_mut()) {
-        thickness.0 = round(thickness.0, THICKNESS_STEPS);
-        area.0 = round_area(area.0);
+    for v in 0..crust.len() {
+        let before = thickness[v].0 * area[v].0;
+        thickness[v].0 = round(thickness[v].0, THICKNESS_STEPS);
+        area[v].0 = round_area(area[v].0);
+        if crust[v].is_continental() {
+            ledger.rounded_km3 += thickness[v].0 * area[v].0 - before;
+        }
     }
     let rise = continental_rise(&recipe, &workers, mesh, plate, crust);
     let column = |v: usize| RockColumn {

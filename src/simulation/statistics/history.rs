@@ -2,7 +2,11 @@
 
 use super::Statistics;
 use bevy::prelude::*;
-use serde::{Deserialize, Serialize};
+use core::fmt;
+use serde::{
+    Deserialize, Deserializer, Serialize,
+    de::{Error, SeqAccess, Visitor},
+};
 
 /// Concentration of continents beyond which they are gathered in one, and below which they have
 /// broken up. Earth's present one is 0.27; one cap of 41 % of the sphere has 0.59.
@@ -18,7 +22,37 @@ const SCATTERED: f64 = 0.2;
 #[derive(Resource, Debug, Clone, Default, PartialEq, Serialize, Deserialize, Reflect)]
 #[reflect(Resource, Default)]
 pub struct StatisticsHistory {
+    #[serde(deserialize_with = "at_most")]
     moments: Vec<Statistics>,
+}
+
+/// Most moments that are read: one every 0.1 My of the longest history. A moment of defaults is three letters in a
+/// file and half a kilobyte here.
+const MOST_MOMENTS: usize = 100_000;
+
+fn at_most<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Statistics>, D::Error> {
+    struct Moments;
+
+    impl<'de> Visitor<'de> for Moments {
+        type Value = Vec<Statistics>;
+
+        fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+            write!(f, "at most {MOST_MOMENTS} moments")
+        }
+
+        fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Self::Value, A::Error> {
+            let mut moments = Vec::new();
+            while let Some(moment) = list.next_element()? {
+                if moments.len() == MOST_MOMENTS {
+                    return Err(A::Error::invalid_length(moments.len() + 1, &self));
+                }
+                moments.push(moment);
+            }
+            Ok(moments)
+        }
+    }
+
+    deserializer.deserialize_seq(Moments)
 }
 
 /// Something that continents did as a whole.

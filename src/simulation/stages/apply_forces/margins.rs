@@ -11,6 +11,7 @@ use super::{
         clock::Clock,
         columns::Columns,
         error::TectonicError,
+        ledger::Ledger,
         plate::{Plate, PlateBorn, PlateTable, Rotation},
         precision::{THICKNESS_STEPS, round, round_area},
         recipe::{Drive, Recipe},
@@ -42,6 +43,7 @@ pub(in crate::simulation) fn bend_margins(
     workers: Res<Workers>,
     boundaries: Res<Boundaries>,
     mut topology: ResMut<Topology>,
+    mut ledger: ResMut<Ledger>,
     plates: Query<(Entity, &Plate, &Rotation, &PlateBorn)>,
     mut sub_plates: Query<
         (
@@ -130,7 +132,7 @@ pub(in crate::simulation) fn bend_margins(
         for ((&v, new), strain) in margin.vertices.iter().zip(bent.deviation).zip(bent.strain) {
             let v = v as usize;
             deviation[v] = new;
-            // Volume = thickness × area stays, to within rounding.
+            // Volume = thickness × area stays, to within rounding, which is booked.
             let ratio = 1.0 + strain.clamp(-LARGEST_STRAIN, LARGEST_STRAIN);
             let fits = thickness[v].0 / ratio <= recipe.constants.collisions.thickest
                 && area[v].0 * ratio >= LEAST_AREA * recipe.cell_area_km2();
@@ -138,6 +140,9 @@ pub(in crate::simulation) fn bend_margins(
                 let volume = thickness[v].0 * area[v].0;
                 area[v].0 = round_area(area[v].0 * ratio);
                 thickness[v].0 = round(volume / area[v].0, THICKNESS_STEPS);
+                if crust[v].is_continental() {
+                    ledger.rounded_km3 += thickness[v].0 * area[v].0 - volume;
+                }
             }
         }
     }
