@@ -174,19 +174,26 @@ fn a_sub_plate_takes_forty_bytes() {
 /// Files of every version that was ever released, with the state that is in them.
 #[test]
 fn saves_of_all_versions_load() {
-    for (bytes, steps, state) in [(
-        include_bytes!("save/version_1.save"),
-        120,
-        0x32f6_bc3f_8db4_0676,
-    )] {
-        let mut loaded = save::from_bytes(bytes, SimulationPlugins).unwrap();
-        assert_eq!(loaded.steps(), steps);
-        assert_eq!(loaded.state_hash(), Ok(state));
+    let frozen = [Frozen {
+        bytes: include_bytes!("save/version_1.save"),
+        steps: 120,
+        state: 0x32f6_bc3f_8db4_0676,
+    }];
+    for version in &frozen {
+        let mut loaded = save::from_bytes(version.bytes, SimulationPlugins).unwrap();
+        assert_eq!(loaded.steps(), version.steps);
+        assert_eq!(loaded.state_hash(), Ok(version.state));
         assert_eq!(loaded.statistics_history().moments().len(), 3);
         assert_eq!(loaded.event_log().len(), 1);
         advance(&mut loaded, 3);
         loaded.check().unwrap();
     }
+}
+
+struct Frozen {
+    bytes: &'static [u8],
+    steps: u64,
+    state: u64,
 }
 
 fn small() -> (History, Vec<u8>) {

@@ -1,6 +1,6 @@
 //! Planets that last: a history as bytes, at any step, and back to the same bits.
 //!
-//! [`write`] and [`read`] are for files, [`to_bytes`] and [`from_bytes`] for everything else. A loaded history
+//! [`write()`] and [`read`] are for files, [`to_bytes`] and [`from_bytes`] for everything else. A loaded history
 //! goes on exactly as the saved one would have: [`History::state_hash`] is the same after every further step,
 //! on any number of threads.
 //!

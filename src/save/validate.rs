@@ -99,7 +99,8 @@ pub(super) fn record(record: &Record, vertices: usize) -> Result<(), Fault> {
             ("torque", plate.torque.sum().length(), 1e30),
         ] {
             // Not a number is not below anything.
-            if !(value.abs() < largest) {
+            let is_sound = value.abs() < largest;
+            if !is_sound {
                 return Err(format!("{name} of plate {id}: {value}"));
             }
         }
@@ -116,8 +117,8 @@ pub(super) fn record(record: &Record, vertices: usize) -> Result<(), Fault> {
     }
     for (a, b, contact) in &record.contacts {
         let from = contact.rift.map_or(1.0, |rift| rift.from.length());
-        let is_known = a < b && b.0 < record.next_plate;
-        if !is_known || !((from - 1.0).abs() < UNIT) || !measures(contact.last_my) {
+        let is_known = a < b && b.0 < record.next_plate && (from - 1.0).abs() < UNIT;
+        if !is_known || !measures(contact.last_my) {
             return Err(format!("contact of plates {} and {}", a.0, b.0));
         }
     }

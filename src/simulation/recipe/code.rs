@@ -318,7 +318,7 @@ mod tests {
     fn odd() -> Recipe {
         let mut recipe = Recipe::earth_like(u64::MAX)
             .with_sub_plates(2_000_000)
-            .with_duration(1234.567_891)
+            .with_duration(1_234.567_891)
             .with_event(
                 12.5,
                 Intervention::Rift {
@@ -368,11 +368,14 @@ mod tests {
 
     #[test]
     fn a_code_opens_no_files() {
-        let mut recipe = Recipe::default();
-        recipe.start = Start::Image(crate::simulation::ImageStart {
+        let image = crate::simulation::ImageStart {
             heights: "/dev/zero".into(),
             ..Default::default()
-        });
+        };
+        let recipe = Recipe {
+            start: Start::Image(image),
+            ..Recipe::default()
+        };
         let files = "/dev/zero".into();
         let code = recipe.to_string().parse::<Recipe>();
         assert_eq!(code, Err(RecipeError::Files { files }));
