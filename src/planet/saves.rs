@@ -159,14 +159,10 @@ pub(super) fn tend_saves(
         if let Some(path) = saves.to_load.take_if(|_| !is_saving) {
             saves.loading = Some(Loading::start(path, &stages, &threads));
         }
-        let Some(loaded) = saves.loading.as_ref().and_then(Loading::result) else {
+        let Some((path, loaded)) = saves.loading.as_mut().and_then(Loading::result) else {
             continue;
         };
-        let path = saves
-            .loading
-            .take()
-            .map(|loading| loading.path)
-            .unwrap_or_default();
+        saves.loading = None;
         match loaded {
             Ok(history) => {
                 planet.recipe = history.recipe().clone();
@@ -209,12 +205,12 @@ impl Loading {
         Self { path, result }
     }
 
-    /// What has been read, once it is there.
-    fn result(&self) -> Option<Loaded> {
-        // Asked first: whoever reads holds it until the result is there, or has panicked.
-        let is_over = Arc::strong_count(&self.result) == 1;
-        let mut result = self.result.lock().unwrap_or_else(PoisonError::into_inner);
-        result.take().or(is_over.then_some(Err(SaveError::Failed)))
+    /// What has been read, once nobody reads any more. Without a result the reader has panicked.
+    fn result(&mut self) -> Option<(PathBuf, Loaded)> {
+        let result = Arc::get_mut(&mut self.result)?;
+        let result = result.get_mut().unwrap_or_else(PoisonError::into_inner);
+        let loaded = result.take().unwrap_or(Err(SaveError::Failed));
+        Some((self.path.clone(), loaded))
     }
 }
 

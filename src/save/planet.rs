@@ -27,7 +27,8 @@ const SITES: &str = "sites";
 const EDGES: &str = "edges";
 const ROWS: &str = "rows";
 
-/// Largest record in bytes of text: ten times a history of 10,000 My with all its moments and 10,000 events.
+/// Largest record in bytes of text. Events and moments of statistics fill it, some hundred bytes to two thousand
+/// each.
 const LARGEST_RECORD: usize = 64 << 20;
 /// Most sub-plates for each one that the recipe asks for: refinement keeps their number well within.
 const MOST_PER_SUB_PLATE: usize = 2;

@@ -12,6 +12,8 @@ macro_rules! sparse {
             fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
                 use serde::ser::SerializeStruct;
                 let (this, usual) = (self.0, $type::default());
+                // A field that is missing above would be lost from every code.
+                let $type { $($field: _,)* $($($group: _,)*)? } = this;
                 let differing = [
                     $(this.$field != usual.$field,)*
                     $($(this.$group != usual.$group,)*)?
