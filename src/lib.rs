@@ -64,7 +64,7 @@
 //! * **Trust**: [`History::check`](simulation::History::check),
 //!   [`History::state_hash`](simulation::History::state_hash),
 //!   [`TectonicError`](simulation::TectonicError)
-//! * **Maps**: `export` (a cargo feature)
+//! * **Maps, and files for other programs**: `export` (a cargo feature)
 //! * **Worlds that last and travel**: `save` (a cargo feature), [`Checkpoint`](simulation::Checkpoint), share codes:
 //!   `recipe.to_string()` and `code.parse::<Recipe>()`, see [`RecipeError`](simulation::RecipeError)
 //! * **Planets that begin as Earth, or as a map you drew**: `import` (a cargo feature),
@@ -76,7 +76,7 @@
 //! | feature | default | adds |
 //! |---|---|---|
 //! | `render` | yes | planets and overlays in a Bevy scene |
-//! | `export` | yes | equirectangular maps, the coloured relief map, `planet.json` and `history.csv` |
+//! | `export` | yes | maps, textures, models, tables, `GeoJSON`, rotations and films of a planet |
 //! | `import` | with `export` | starts read from height maps and outlines of plates |
 //! | `window` | yes | what the examples need to open a window |
 //! | `save` | no | planets as bytes and files, to go on from where they were |

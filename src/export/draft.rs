@@ -7,7 +7,9 @@ use std::{
     sync::{Arc, OnceLock},
 };
 
-use super::{ExportError, FILES, HISTORY_FILE};
+use super::{
+    ExportError, FILES, FILM_FILE, GEOGRAPHY_FILES, GLOBE_FILE, HISTORY_FILE, TABLE_FILES,
+};
 
 /// A file under a temporary name. Dropping it removes it; [`publish`] gives it its real name.
 pub(super) struct Draft {
@@ -115,7 +117,9 @@ pub(super) fn publish(drafts: Vec<Draft>) -> Result<Vec<PathBuf>, ExportError> {
 pub fn check_folder(folder: &Path) -> Result<(), ExportError> {
     let at_folder = |error: io::Error| ExportError::write(folder, error);
     fs::create_dir_all(folder).map_err(at_folder)?;
-    for name in FILES.into_iter().chain([HISTORY_FILE]) {
+    let single = [HISTORY_FILE, FILM_FILE, GLOBE_FILE];
+    let others = (single.into_iter().chain(GEOGRAPHY_FILES)).chain(TABLE_FILES);
+    for name in FILES.into_iter().chain(others) {
         refuse_folder(&folder.join(name))?;
     }
     let probe = folder.join(format!(".probe.{}.partial", std::process::id()));

@@ -30,12 +30,18 @@ impl Grid {
         }
     }
 
-    pub(super) fn longitude(self, x: u32) -> f64 {
-        -PI + (f64::from(x) + 0.5) * 2.0 * PI / f64::from(self.width)
+    pub(super) fn size(self) -> (u32, u32) {
+        (self.width, self.height)
     }
 
-    pub(super) fn latitude(self, y: u32) -> f64 {
-        PI / 2.0 - (f64::from(y) + 0.5) * PI / f64::from(self.height)
+    /// West and east of the map longitudes go on.
+    pub(super) fn longitude(self, x: impl Into<f64>) -> f64 {
+        -PI + (x.into() + 0.5) * 2.0 * PI / f64::from(self.width)
+    }
+
+    /// Beyond the poles latitudes go on, down the other side.
+    pub(super) fn latitude(self, y: impl Into<f64>) -> f64 {
+        PI / 2.0 - (y.into() + 0.5) * PI / f64::from(self.height)
     }
 }
 

@@ -2,20 +2,24 @@
 
 use std::{
     num::NonZero,
-    ops::RangeInclusive,
+    ops::{Range, RangeInclusive},
     path::{Path, PathBuf},
 };
 
-use png::{BitDepth, ColorType, Encoder, SrgbRenderingIntent, StreamWriter};
+use png::{BitDepth, ColorType};
 
 use super::{
     ExportError,
-    draft::{self, Draft, Pen},
+    draft::{self, Draft},
     grid::{Grid, east_north, sample_rows},
     relief::Painter,
+    sheet::{Format, Sheet, metres, quantise},
 };
 use crate::simulation::{Crust, Surface};
 use crate::surface::{Pixel, Raster};
+
+/// Format of `map.png`.
+pub(super) const PICTURE: Format = (ColorType::Rgb, BitDepth::Eight);
 
 /// How large to draw maps, and with how many threads.
 ///
@@ -92,21 +96,17 @@ impl Maps {
         progress: &mut dyn FnMut(f64),
     ) -> Result<Vec<Draft>, ExportError> {
         self.validate()?;
-        let raster = Raster::new(surface)?;
         let grid = Grid::new(self.width);
         let mut data = Data::ALL
             .into_iter()
-            .map(|map| Ok((map, Sheet::create(folder, map.name(), grid, map.format())?)))
+            .map(|map| {
+                let sheet = Sheet::create(folder, map.name(), grid.size(), map.format())?;
+                Ok((map, sheet))
+            })
             .collect::<Result<Vec<_>, ExportError>>()?;
-        let mut picture =
-            Sheet::create(folder, "map.png", grid, (ColorType::Rgb, BitDepth::Eight))?;
+        let mut picture = Sheet::create(folder, "map.png", grid.size(), PICTURE)?;
         let mut painter = Painter::new(grid, surface);
-
-        // Bands keep the memory of the widest map at some hundred megabytes.
-        let band = (1_u32 << 20).div_ceil(self.width).clamp(8, grid.height);
-        for first in (0..grid.height).step_by(band as usize) {
-            let rows = first..grid.height.min(first + band);
-            let pixels = sample_rows(&raster, grid, rows.clone(), self.threads);
+        self.sample(surface, &mut |rows, pixels| {
             std::thread::scope(|scope| {
                 let share = data.len().div_ceil(self.threads);
                 let writers: Vec<_> = data
@@ -129,9 +129,40 @@ impl Maps {
             })?;
             picture.append(&painter.paint(pixels, self.threads))?;
             progress(f64::from(rows.end) / f64::from(grid.height));
-        }
+            Ok(())
+        })?;
         let sheets = data.into_iter().map(|(_, sheet)| sheet).chain([picture]);
         sheets.map(Sheet::finish).collect()
+    }
+
+    /// Hands the rows of `map.png` to `take`, from north to south.
+    pub(super) fn paint(
+        &self,
+        surface: &Surface,
+        take: &mut dyn FnMut(&[u8]) -> Result<(), ExportError>,
+    ) -> Result<(), ExportError> {
+        let mut painter = Painter::new(Grid::new(self.width), surface);
+        self.sample(surface, &mut |_, pixels| {
+            take(&painter.paint(pixels, self.threads))
+        })
+    }
+
+    /// Hands bands of rows to `take`, from north to south.
+    fn sample(
+        &self,
+        surface: &Surface,
+        take: &mut dyn FnMut(Range<u32>, Vec<Pixel>) -> Result<(), ExportError>,
+    ) -> Result<(), ExportError> {
+        self.validate()?;
+        let raster = Raster::new(surface)?;
+        let grid = Grid::new(self.width);
+        // Bands keep the memory of the widest map at some hundred megabytes.
+        let band = (1_u32 << 20).div_ceil(self.width).clamp(8, grid.height);
+        for first in (0..grid.height).step_by(band as usize) {
+            let rows = first..grid.height.min(first + band);
+            take(rows.clone(), sample_rows(&raster, grid, rows, self.threads))?;
+        }
+        Ok(())
     }
 }
 
@@ -167,7 +198,7 @@ impl Data {
         }
     }
 
-    fn format(self) -> (ColorType, BitDepth) {
+    fn format(self) -> Format {
         let depth = if matches!(self, Self::Crust) {
             BitDepth::Eight
         } else {
@@ -176,7 +207,7 @@ impl Data {
         (ColorType::Grayscale, depth)
     }
 
-    fn encode(self, grid: Grid, rows: std::ops::Range<u32>, pixels: &[Pixel]) -> Vec<u8> {
+    fn encode(self, grid: Grid, rows: Range<u32>, pixels: &[Pixel]) -> Vec<u8> {
         if matches!(self, Self::Crust) {
             let shade = |pixel: &Pixel| {
                 if pixel.crust == Crust::Continental {
@@ -192,7 +223,7 @@ impl Data {
             let latitude = grid.latitude(y);
             for (x, pixel) in (0..).zip(row) {
                 let value = match self {
-                    Self::Elevation => quantise(pixel.elevation + 32768.0),
+                    Self::Elevation => metres(pixel.elevation),
                     Self::Age => quantise(pixel.age * 10.0),
                     Self::Plate => pixel.plate,
                     Self::VelocityEast | Self::VelocityNorth => {
@@ -213,65 +244,9 @@ impl Data {
     }
 }
 
-/// The nearest 16-bit value; the cast saturates.
-fn quantise(value: f32) -> u16 {
-    (value + 0.5).floor() as u16
-}
-
-/// A PNG file under construction.
-struct Sheet {
-    draft: Draft,
-    writer: StreamWriter<'static, Pen>,
-}
-
-impl Sheet {
-    fn create(
-        folder: &Path,
-        name: &str,
-        grid: Grid,
-        (color, depth): (ColorType, BitDepth),
-    ) -> Result<Self, ExportError> {
-        let draft = Draft::create(folder, name)?;
-        let mut encoder = Encoder::new(draft.pen(), grid.width, grid.height);
-        encoder.set_color(color);
-        encoder.set_depth(depth);
-        if color == ColorType::Rgb {
-            encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
-        }
-        let writer = encoder
-            .write_header()
-            .and_then(png::Writer::into_stream_writer)
-            .map_err(|error| draft.error(error))?;
-        Ok(Self { draft, writer })
-    }
-
-    fn append(&mut self, bytes: &[u8]) -> Result<(), ExportError> {
-        use std::io::Write;
-        self.writer
-            .write_all(bytes)
-            .map_err(|error| self.draft.error(error))
-    }
-
-    fn finish(self) -> Result<Draft, ExportError> {
-        self.writer
-            .finish()
-            .map_err(|error| self.draft.error(error))?;
-        Ok(self.draft)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn values_round_and_saturate() {
-        assert_eq!(quantise(0.4), 0);
-        assert_eq!(quantise(0.5), 1);
-        assert_eq!(quantise(-3.0), 0);
-        assert_eq!(quantise(1e9), u16::MAX);
-        assert_eq!(quantise(f32::NAN), 0);
-    }
 
     #[test]
     fn widths_and_threads_are_checked() {

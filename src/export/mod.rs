@@ -1,4 +1,4 @@
-//! Maps of a planet, written to a folder: six data maps, one map for people, and a summary.
+//! A planet as files: six data maps, one map for people, a summary, and what other programs read.
 //!
 //! | file | content |
 //! |---|---|
@@ -20,13 +20,33 @@
 //! threads.
 //!
 //! [`write_planet`] exports a history; [`Maps::write`] only a [`Surface`](crate::simulation::Surface).
+//!
+//! # For other programs
+//!
+//! | files | by |
+//! |---|---|
+//! | heights, normals and colours as a rectangle or a cube map | [`Textures`] |
+//! | `planet.glb`: a glTF model | [`Globe`] |
+//! | `sub_plates.csv`, `plates.csv` | [`write_tables`] |
+//! | `plates.geojson`, `boundaries.geojson`, `poles.geojson`, `rotations.rot` | [`write_geography`] |
+//! | `rotations.rot` of a whole history, for `GPlates` | [`write_rotations`] |
+//! | `map_0000.png` and on, `history.png` that moves | [`Maps::write_frame`], [`Film`] |
 
+mod chart;
 mod draft;
+mod film;
+mod geography;
+mod globe;
 mod grid;
 mod history;
 mod maps;
 mod relief;
+mod rotations;
+mod sheet;
+mod skin;
 mod summary;
+mod tables;
+mod textures;
 
 use std::{
     io,
@@ -34,9 +54,17 @@ use std::{
 };
 
 pub use draft::check_folder;
+pub use film::{FILM_FILE, Film};
+pub use geography::{
+    GEOGRAPHY_FILES, boundaries_geojson, plates_geojson, poles_geojson, write_geography,
+};
+pub use globe::{GLOBE_FILE, Globe};
 pub use history::{HISTORY_FILE, history_csv, write_history};
 pub use maps::Maps;
+pub use rotations::{ROTATIONS_FILE, rotations_rot, write_rotations};
 pub use summary::{Seconds, Summary};
+pub use tables::{TABLE_FILES, plates_csv, sub_plates_csv, write_tables};
+pub use textures::{Layout, Textures};
 
 use crate::simulation::{History, TectonicError};
 use crate::surface::SurfaceError;
@@ -60,6 +88,23 @@ pub enum ExportError {
     /// The width is odd or outside [`Maps::WIDTHS`].
     #[error("the map width is {0}, but must be an even number from 16 to 16384")]
     Width(u32),
+    /// The number of texels along an edge of a cube is outside [`Textures::SIDES`].
+    #[error("the side of a cube is {0} texels, but must be from 8 to 8192")]
+    Side(u32),
+    /// The number of texels along an edge of a globe is outside [`Globe::SIDES`].
+    #[error("the side of a globe is {0} texels, but must be from 8 to 4096")]
+    GlobeSide(u32),
+    /// The number of quads along an edge of a globe is outside [`Globe::QUADS`].
+    #[error("the number of quads along an edge of a globe is {0}, but must be from 1 to 1024")]
+    Quads(u32),
+    /// The width of a film is outside [`Film::WIDTHS`].
+    #[error("the width of a film is {0}, but must be an even number from 16 to 4096")]
+    FilmWidth(u32),
+    /// The number of pictures is not what the film was begun with, or outside [`Film::PICTURES`].
+    #[error(
+        "the film has {0} pictures, but must have as many as it was begun with, from 1 to 10000"
+    )]
+    Pictures(u32),
     /// The number of threads is outside [`Maps::THREADS`].
     #[error("the number of threads is {0}, but must be from 1 to 256")]
     Threads(usize),

@@ -2,8 +2,8 @@
 
 use super::{
     climate::{climate, interior},
-    cube::{self, Levels},
-    grain::{FaceGrain, Grain, direction},
+    cube::Levels,
+    grain::{FaceGrain, Grain},
     paint::{Paint, Sample},
     walk::{Walk, mean},
 };
@@ -12,6 +12,7 @@ use crate::{
     simulation::{Crust, Surface},
     surface::{
         Pixel,
+        cube::{axes, centre, direction},
         ground::{Corner, Ground},
     },
 };
@@ -235,14 +236,14 @@ fn relief(
     radius_km: f64,
 ) -> Vec<[f32; 4]> {
     let row = size as usize + 2;
-    let [along, down, out] = cube::axes(face);
+    let [along, down, out] = axes(face);
     let mut texels = Vec::with_capacity((size * size) as usize);
     // From half the difference across two texels to metres per km.
     let scale = f64::from(size) / (4.0 * radius_km);
     for y in 0..size as usize {
-        let t = cube::centre(y as i32, size);
+        let t = centre(y as i32, size);
         for x in 0..size as usize {
-            let s = cube::centre(x as i32, size);
+            let s = centre(x as i32, size);
             let i = (y + 1) * row + x + 1;
             let rise_s = f64::from(shade[i + 1] - shade[i - 1]);
             let rise_t = f64::from(shade[i + row] - shade[i - row]);

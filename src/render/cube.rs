@@ -1,42 +1,13 @@
-//! Cube maps: where their texels lie on the sphere, their levels, and their images.
+//! Cube maps: their levels and their images.
 
 use bevy::{
     asset::RenderAssetUsages,
     image::{Image, ImageSampler, ImageSamplerDescriptor},
-    math::DVec3,
     render::render_resource::{
         Extent3d, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages,
         TextureViewDescriptor, TextureViewDimension,
     },
 };
-
-/// Faces in the order of the layers: +X, −X, +Y, −Y, +Z, −Z; the directions in which columns and rows
-/// run, and the middle.
-const FACES: [[DVec3; 3]; 6] = [
-    [DVec3::NEG_Z, DVec3::NEG_Y, DVec3::X],
-    [DVec3::Z, DVec3::NEG_Y, DVec3::NEG_X],
-    [DVec3::X, DVec3::Z, DVec3::Y],
-    [DVec3::X, DVec3::NEG_Z, DVec3::NEG_Y],
-    [DVec3::X, DVec3::NEG_Y, DVec3::Z],
-    [DVec3::NEG_X, DVec3::NEG_Y, DVec3::NEG_Z],
-];
-
-/// The axes of a face: along columns, along rows, outwards.
-pub(super) fn axes(face: usize) -> [DVec3; 3] {
-    FACES[face % 6]
-}
-
-/// A point of the cube, in the space of a scene; `s` and `t` run from −1 to 1 over the face.
-pub(super) fn point(face: usize, s: f64, t: f64) -> DVec3 {
-    let [along, down, out] = axes(face);
-    along * s + down * t + out
-}
-
-/// Where the centre of texel `i` of `size` lies on a face, −1 to 1. Texels beyond the edge continue
-/// the face's plane.
-pub(super) fn centre(i: i32, size: u32) -> f64 {
-    (2.0 * f64::from(i) + 1.0) / f64::from(size) - 1.0
-}
 
 /// One face with all its coarser levels, as a texture wants it.
 #[derive(Debug, Clone, Default)]

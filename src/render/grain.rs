@@ -1,12 +1,11 @@
 //! What never changes about a planet: the noise behind its coasts, terrain and climate. Computed once,
 //! it makes every later bake several times cheaper.
 
-use super::cube;
 use crate::{
     simulation::Surface,
-    surface::{texture::Texture, tint::Wander},
+    surface::{cube::direction, texture::Texture, tint::Wander},
 };
-use bevy::{math::DVec3, tasks::futures_lite::future};
+use bevy::tasks::futures_lite::future;
 use std::sync::OnceLock;
 
 /// Change of the noise's shape, as a share, up to which a planet keeps the one it has.
@@ -131,28 +130,5 @@ impl Grain {
             future::yield_now().await;
         }
         grain
-    }
-}
-
-/// The centre of a texel, in the simulation's frame.
-pub(super) fn direction(face: usize, x: i32, y: i32, size: u32) -> DVec3 {
-    let point = cube::point(face, cube::centre(x, size), cube::centre(y, size));
-    let [x, y, z] = point.normalize().to_array();
-    // As `from_scene`, in double precision.
-    DVec3::new(x, -z, y)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::planet::from_scene;
-
-    #[test]
-    fn texels_lie_where_the_scene_has_them() {
-        for face in 0..6 {
-            let [.., out] = cube::axes(face);
-            let middle = direction(face, 2, 2, 5);
-            assert_eq!(middle, from_scene(out.as_vec3()));
-        }
     }
 }

@@ -1,6 +1,6 @@
 //! The mesh of every planet: a cube whose faces are blown up to a sphere. It has no poles.
 
-use super::cube;
+use crate::surface::cube;
 use bevy::{
     asset::RenderAssetUsages,
     mesh::{Indices, Mesh, PrimitiveTopology},

@@ -29,6 +29,7 @@ mod plugin;
 pub(crate) mod precision;
 mod reach;
 mod recipe;
+mod rotations;
 mod schedule;
 mod sea;
 mod stages;
@@ -63,6 +64,7 @@ pub use plugin::{
 };
 pub use reach::{Reach, reach};
 pub use recipe::{Drive, FEWEST_SUB_PLATES, MOST_SUB_PLATES, Recipe, RecipeError, Start};
+pub use rotations::{PlateRotations, RotationHistory, RotationHistoryPlugin, TotalRotation};
 pub use schedule::{
     Cancellation, StageTimings, StepFailure, TectonicStep, TectonicSystems, record_failure,
 };

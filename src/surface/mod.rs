@@ -47,6 +47,8 @@
 mod boundary;
 mod coordinates;
 mod crossing;
+#[cfg(any(feature = "export", feature = "render"))]
+pub(crate) mod cube;
 pub(crate) mod ground;
 mod overlay;
 mod patch;
@@ -68,6 +70,8 @@ pub(crate) use overlay::{ARROW_COLOR, ARROW_LONGEST, ARROW_RADII, OUTLINE};
 pub use overlay::{Legend, LegendEntry, Overlay, OverlayValues, boundary_color, plate_color};
 pub use patch::HeightField;
 pub use query::{Place, Relief};
+#[cfg(feature = "export")]
+pub(crate) use raster::check_columns;
 pub use raster::{Pixel, Raster, direction};
 pub use ray::RayHit;
 

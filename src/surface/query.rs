@@ -40,7 +40,7 @@ impl Relief {
     }
 
     /// Radii per metre of elevation.
-    pub(super) fn scale(self, radius_km: f64) -> f64 {
+    pub(crate) fn scale(self, radius_km: f64) -> f64 {
         let factor = if self.exaggeration.is_finite() {
             self.exaggeration.max(0.0)
         } else {
@@ -50,7 +50,7 @@ impl Relief {
     }
 
     /// The elevation that counts, in m.
-    pub(super) fn height(self, elevation: f64) -> f64 {
+    pub(crate) fn height(self, elevation: f64) -> f64 {
         if self.sea {
             elevation.max(0.0)
         } else {

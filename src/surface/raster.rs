@@ -55,30 +55,39 @@ pub(crate) struct Hints {
     plate: u32,
 }
 
+/// Says whether every column has one value per sub-plate.
+pub(crate) fn check_columns(surface: &Surface) -> Result<(), SurfaceError> {
+    let expected = surface.mesh.sites().len();
+    let columns = [
+        ("elevation", surface.elevation.len()),
+        ("crust", surface.crust.len()),
+        ("age", surface.age.len()),
+        ("plate", surface.plate.len()),
+        ("velocity", surface.velocity.len()),
+        ("thickness", surface.thickness.len()),
+        ("orogeny", surface.orogeny.len()),
+        ("orogeny age", surface.orogeny_age.len()),
+        ("volcanism age", surface.volcanism_age.len()),
+    ];
+    match columns.into_iter().find(|&(_, found)| found != expected) {
+        Some((field, found)) => Err(SurfaceError {
+            field,
+            found,
+            expected,
+        }),
+        None => Ok(()),
+    }
+}
+
 impl<'a> Raster<'a> {
     /// Prepares to sample `surface`.
     ///
     /// # Errors
     /// [`SurfaceError`] when a column does not have one value per sub-plate.
     pub fn new(surface: &'a Surface) -> Result<Self, SurfaceError> {
-        let expected = surface.mesh.sites().len();
-        let columns = [
-            ("elevation", surface.elevation.len()),
-            ("crust", surface.crust.len()),
-            ("age", surface.age.len()),
-            ("plate", surface.plate.len()),
-            ("velocity", surface.velocity.len()),
-            ("orogeny", surface.orogeny.len()),
-            ("orogeny age", surface.orogeny_age.len()),
-        ];
-        if let Some((field, found)) = columns.into_iter().find(|&(_, found)| found != expected) {
-            return Err(SurfaceError {
-                field,
-                found,
-                expected,
-            });
-        }
-        let spacing = surface.radius_km * (4.0 * PI / expected as f64).sqrt();
+        check_columns(surface)?;
+        let count = surface.mesh.sites().len();
+        let spacing = surface.radius_km * (4.0 * PI / count as f64).sqrt();
         Ok(Self {
             surface,
             texture: Texture::new(surface.seed, surface.radius_km, spacing),
