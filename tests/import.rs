@@ -407,7 +407,7 @@ fn wrong_pictures_are_named() {
     paint(&path, 360, BitDepth::Sixteen);
     let bytes = fs::read(&path).unwrap();
     fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
-    assert_refused(&image(&path), &["cut.png", allowed]);
+    assert_refused(&image(&path), &["cut.png", "ends too early", allowed]);
     // The simulation alone reads nothing.
     let error = History::new(recipe(image(&path))).unwrap_err().to_string();
     assert!(error.contains("cut.png") && error.contains("History::imported"));
@@ -424,6 +424,8 @@ fn wrong_outlines_are_named() {
         ..image(&path)
     };
     assert_refused(&start, &["plates.json", "cannot be read", "GeoJSON"]);
+    fs::write(&outlines, r#"{"type": "FeatureCollection", "feat"#).unwrap();
+    assert_refused(&start, &["plates.json", "ends too early", "line 1"]);
     let feature = |properties: &str, geometry: &str| {
         format!(r#"{{"type": "Feature", "properties": {properties}, "geometry": {geometry}}}"#)
     };
@@ -502,4 +504,70 @@ fn wrong_outlines_are_named() {
         &turned,
         &["poles.json", "turns XX", "north-west, SW, 3, south"],
     );
+}
+
+/// A recipe that came as a text may name any path. None of these may hang, or fill the memory.
+#[cfg(unix)]
+#[test]
+fn pipes_and_devices_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("pipe");
+    let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+    assert!(made.unwrap().success());
+    let map = folder.path().join("map.png");
+    paint(&map, 36, png::BitDepth::Eight);
+    for path in [&pipe, Path::new("/dev/zero"), folder.path()] {
+        let refused = ["not a regular file", text(path).as_str()].map(String::from);
+        let refused = refused.each_ref().map(String::as_str);
+        assert_refused(&image(path), &refused);
+        let start = ImageStart {
+            plate_polygons: Some(text(path)),
+            ..image(&map)
+        };
+        assert_refused(&start, &refused);
+    }
+}
+
+#[test]
+fn sizes_are_bounded_before_anything_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let map = folder.path().join("map.png");
+    paint(&map, 36, png::BitDepth::Eight);
+    let outlines = folder.path().join("plates.json");
+    fs::write(&outlines, vec![b' '; (32 << 20) + 1]).unwrap();
+    let start = ImageStart {
+        plate_polygons: Some(text(&outlines)),
+        ..image(&map)
+    };
+    assert_refused(&start, &["plates.json", "longer than"]);
+
+    let corner = "[1,1],";
+    let ring = format!("[{}[0,0]]", corner.repeat(200_000));
+    let feature = |name: &str, ring: &str| {
+        format!(
+            r#"{{"type": "Feature", "properties": {{"plate": "{name}"}},
+            "geometry": {{"type": "Polygon", "coordinates": [{ring}]}}}}"#
+        )
+    };
+    let features = [feature("a", &ring), feature("b", "[[0,0],[1,0],[0,1]]")].join(",");
+    let collection = format!(r#"{{"type": "FeatureCollection", "features": [{features}]}}"#);
+    fs::write(&outlines, collection).unwrap();
+    assert_refused(&start, &["200004 corners", "at most 200000"]);
+}
+
+#[test]
+fn files_may_lie_anywhere() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("map.png");
+    paint(&path, 36, png::BitDepth::Eight);
+    let bytes = fs::read(&path).unwrap();
+    let start = ImageStart {
+        heights: "in my archive".into(),
+        ..image(&path)
+    };
+    let archived = import::read_with(&start, |name| {
+        assert_eq!(name, "in my archive");
+        Ok(std::io::Cursor::new(bytes.clone()))
+    });
+    assert_eq!(archived.unwrap(), import::read(&image(&path)).unwrap());
 }

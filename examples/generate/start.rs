@@ -10,7 +10,12 @@ use bevy_tectonics::{
     simulation::{History, ImageStart, Recipe, RecipeError, Start},
 };
 use serde_json::Value;
-use std::{fmt::Display, fs, path::Path};
+use std::{
+    fmt::Display,
+    fs::File,
+    io::{self, Read},
+    path::Path,
+};
 
 pub fn recipe(flags: &Flags) -> Result<Recipe, String> {
     let mut recipe = match &flags.recipe {
@@ -99,7 +104,7 @@ fn resume(
 fn read_recipe(path: &Path) -> Result<Recipe, String> {
     let wrong =
         |error: &dyn Display| format!("cannot read a recipe from {}: {error}", path.display());
-    let text = match fs::read_to_string(path) {
+    let text = match text_of(path) {
         Ok(text) => text,
         // What is no file may be a code.
         Err(error) => {
@@ -121,6 +126,21 @@ fn read_recipe(path: &Path) -> Result<Recipe, String> {
     Ok(beside(recipe, path))
 }
 
+/// Largest recipe that is read, in bytes.
+const LARGEST: u64 = 16 << 20;
+
+/// The text of a file, which may also be a pipe.
+fn text_of(path: &Path) -> io::Result<String> {
+    let mut text = String::new();
+    let length = File::open(path)?
+        .take(LARGEST + 1)
+        .read_to_string(&mut text)?;
+    if length as u64 > LARGEST {
+        return Err(io::Error::other("it is larger than 16 megabytes"));
+    }
+    Ok(text)
+}
+
 /// The same recipe with its files looked for beside that of the recipe.
 fn beside(mut recipe: Recipe, path: &Path) -> Recipe {
     if let (Start::Image(image), Some(folder)) = (&recipe.start, path.parent()) {
@@ -134,6 +154,7 @@ mod tests {
     use super::*;
     use crate::{flags::tests::parse, prepare};
     use bevy_tectonics::simulation::Hypsometry;
+    use std::fs;
 
     #[test]
     fn starts_are_names_or_json() {

@@ -2,13 +2,19 @@
 
 use crate::simulation::{HeightMap, ImageStart, TectonicError};
 use png::{BitDepth, ColorType, Decoder, DecodingError, Limits};
-use std::{fs::File, io::BufReader};
+use std::io::{self, BufRead, Seek};
+
+/// Widest map of interlaced rows, in pixels: those must be held as a whole.
+const WIDEST_INTERLACED: usize = 10_800;
 
 /// What a height map must be.
 const ALLOWED: &str = "a PNG, grey with 8 or 16 bits, twice as wide as high";
 
 /// Reads a height map, in m above the sea.
-pub(super) fn read(image: &ImageStart) -> Result<HeightMap, TectonicError> {
+pub(super) fn read<R: BufRead + Seek>(
+    image: &ImageStart,
+    open: &mut impl FnMut(&str) -> io::Result<R>,
+) -> Result<HeightMap, TectonicError> {
     let path = image.heights.as_str();
     if path.is_empty() {
         return Err(TectonicError::Recipe {
@@ -18,13 +24,20 @@ pub(super) fn read(image: &ImageStart) -> Result<HeightMap, TectonicError> {
         });
     }
     let refuse = |found: String, allowed: String| TectonicError::import(path, found, allowed);
-    let broken =
-        |error: DecodingError| refuse(format!("it cannot be read ({error})"), ALLOWED.into());
-    let file = File::open(path)
+    let broken = |error: DecodingError| {
+        let found = match &error {
+            DecodingError::IoError(error) if error.kind() == io::ErrorKind::UnexpectedEof => {
+                "it ends too early".into()
+            }
+            _ => format!("it cannot be read ({error})"),
+        };
+        refuse(found, ALLOWED.into())
+    };
+    let file = open(path)
         .map_err(|error| refuse(format!("it cannot be opened ({error})"), ALLOWED.into()))?;
     let rows = 2 * HeightMap::WIDTHS.end();
     let limits = Limits { bytes: 2 * rows };
-    let decoder = Decoder::new_with_limits(BufReader::new(file), limits);
+    let decoder = Decoder::new_with_limits(file, limits);
     let mut reader = decoder.read_info().map_err(broken)?;
     let info = reader.info();
     let (width, height) = (info.width as usize, info.height as usize);
@@ -38,6 +51,11 @@ pub(super) fn read(image: &ImageStart) -> Result<HeightMap, TectonicError> {
     };
     HeightMap::check_size(width, height)
         .map_err(|allowed| refuse(format!("it is {width} × {height} pixels"), allowed))?;
+    if reader.info().interlaced && width > WIDEST_INTERLACED {
+        let found = format!("it is interlaced and {width} pixels wide");
+        let allowed = format!("at most {WIDEST_INTERLACED} pixels where rows are interlaced");
+        return Err(refuse(found, allowed));
+    }
     let scale = (image.highest_m - image.lowest_m) / if wide { 65_535.0 } else { 255.0 };
     let black = image.lowest_m - image.sea_level_m;
     let height_of = |grey: u16| (black + scale * f64::from(grey)) as f32;

@@ -1,6 +1,6 @@
 //! Outlines and motions of plates.
 
-use super::text;
+use super::fault;
 use crate::simulation::{EulerRotation, ImportedPlate, PlatePolygon, TectonicError};
 use geojson::{Feature, FeatureCollection, GeometryValue, Position, feature::Id};
 use serde_json::Value;
@@ -9,17 +9,20 @@ use std::collections::BTreeMap;
 /// Properties that may name a plate, the first that is there.
 const NAMES: [&str; 6] = ["plate", "Code", "code", "name", "PlateName", "id"];
 /// What files must be.
-const OUTLINES: &str = "a GeoJSON collection of polygons, each named after its plate";
+pub(super) const OUTLINES: &str = "a GeoJSON collection of polygons, each named after its plate";
 const NAME: &str = "named by a property `plate`, `Code`, `name` or `id`, or by its own id";
 const ROTATION: &str = r#"like {"lat": 12.5, "lon": -70, "deg_per_my": 0.6}"#;
-const ROTATIONS: &str =
+pub(super) const ROTATIONS: &str =
     r#"rotations by plate, like {"AF": {"lat": 12.5, "lon": -70, "deg_per_my": 0.6}}"#;
 
 /// Reads the outlines of plates, in the order in which the file names them first.
-pub(super) fn polygons(path: &str) -> Result<Vec<ImportedPlate>, TectonicError> {
-    let text = text(path, OUTLINES)?;
+pub(super) fn polygons(path: &str, text: &str) -> Result<Vec<ImportedPlate>, TectonicError> {
     let collection: FeatureCollection = text.parse().map_err(|error: geojson::Error| {
-        TectonicError::import(path, format!("it cannot be read ({error})"), OUTLINES)
+        let found = match &error {
+            geojson::Error::MalformedGeoJson(error) => fault(error),
+            _ => format!("it cannot be read ({error})"),
+        };
+        TectonicError::import(path, found, OUTLINES)
     })?;
     let mut plates: Vec<ImportedPlate> = Vec::new();
     for (number, feature) in collection.features.into_iter().enumerate() {
@@ -107,12 +110,13 @@ fn polygon(rings: &[Vec<Position>]) -> Option<PlatePolygon> {
 }
 
 /// Reads the motions of plates by name; they count more than those of the outlines.
-pub(super) fn turn(path: &str, plates: &mut [ImportedPlate]) -> Result<(), TectonicError> {
-    let text = text(path, ROTATIONS)?;
-    let rotations: BTreeMap<String, EulerRotation> =
-        serde_json::from_str(&text).map_err(|error| {
-            TectonicError::import(path, format!("it cannot be read ({error})"), ROTATIONS)
-        })?;
+pub(super) fn turn(
+    path: &str,
+    text: &str,
+    plates: &mut [ImportedPlate],
+) -> Result<(), TectonicError> {
+    let rotations: BTreeMap<String, EulerRotation> = serde_json::from_str(text)
+        .map_err(|error| TectonicError::import(path, fault(&error), ROTATIONS))?;
     for (name, rotation) in rotations {
         let Some(plate) = plates.iter_mut().find(|plate| plate.name == name) else {
             let names: Vec<&str> = plates.iter().map(|plate| plate.name.as_str()).collect();

@@ -100,11 +100,27 @@ pub fn write(history: &mut History, path: &Path) -> Result<(), SaveError> {
 /// # Errors
 /// As [`from_bytes`], and [`SaveError::Io`] if the file cannot be read.
 pub fn read(path: &Path, plugins: impl PluginGroup) -> Result<History, SaveError> {
-    let bytes = fs::read(path).map_err(|source| SaveError::Io {
+    let bytes = bytes_of(path).map_err(|source| SaveError::Io {
         path: path.into(),
         source,
     })?;
     from_bytes(&bytes, plugins)
+}
+
+/// Largest save that is read, in bytes: two million sub-plates take a tenth of it.
+const LARGEST: u64 = 1 << 30;
+
+/// What a file holds. To open a pipe may take for ever, to read a device as well.
+fn bytes_of(path: &Path) -> io::Result<Vec<u8>> {
+    let metadata = fs::metadata(path)?;
+    let refuse = |what| Err(io::Error::new(io::ErrorKind::InvalidInput, what));
+    if !metadata.is_file() {
+        return refuse("it is not a regular file");
+    }
+    if metadata.len() > LARGEST {
+        return refuse("it is larger than a gigabyte");
+    }
+    fs::read(path)
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use super::{
     flood_fill,
     imported::{HeightMap, ImageStart, ImportedPlate, ImportedWorld},
+    outlines::Outlines,
     relief::{self, Ground},
     voronoi::join_strays,
 };
@@ -125,18 +126,13 @@ fn plates(
     imported: &[ImportedPlate],
     mesh: &SphereMesh<EdgeState>,
 ) -> Result<(Vec<PlateId>, Option<Vec<DVec3>>), TectonicError> {
+    let outlines = Outlines::new(imported);
     let mut plate: Vec<PlateId> = mesh
         .sites()
         .iter()
         .map(|&site| {
             let (lon, lat) = lon_lat(site);
-            let holds = |plate: &ImportedPlate| {
-                plate
-                    .polygons
-                    .iter()
-                    .any(|polygon| polygon.contains(lon, lat))
-            };
-            let found = imported.iter().position(holds);
+            let found = outlines.plate_at(lon, lat);
             PlateId(found.map_or(0, |number| number as u16 + 1))
         })
         .collect();

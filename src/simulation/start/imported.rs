@@ -298,6 +298,8 @@ impl EulerRotation {
 impl ImportedWorld {
     /// Allowed numbers of plates, where there are any.
     pub const PLATES: RangeInclusive<usize> = 2..=1_000;
+    /// Most corners of all outlines together: some thirty times as many as Earth's take.
+    pub const MOST_CORNERS: usize = 200_000;
 
     /// Says what is wrong with its plates, if something is.
     ///
@@ -310,6 +312,15 @@ impl ImportedWorld {
                 "the plates",
                 format!("{count} of them"),
                 "between 2 and 1000",
+            ));
+        }
+        let polygons = self.plates.iter().flat_map(|plate| &plate.polygons);
+        let corners: usize = polygons.flat_map(|polygon| &polygon.0).map(Vec::len).sum();
+        if corners > Self::MOST_CORNERS {
+            return Err(TectonicError::import(
+                "the plates",
+                format!("they have {corners} corners"),
+                format!("at most {} in all", Self::MOST_CORNERS),
             ));
         }
         for plate in &self.plates {

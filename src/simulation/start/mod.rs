@@ -7,6 +7,7 @@ mod great_circles;
 mod hypsometry;
 mod image;
 mod imported;
+mod outlines;
 mod relief;
 mod voronoi;
 
