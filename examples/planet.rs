@@ -7,7 +7,7 @@
 use bevy::prelude::*;
 use bevy_panorbit_camera::{PanOrbitCamera, PanOrbitCameraPlugin};
 use bevy_tectonics::{
-    export::{Maps, check_folder, write_planet},
+    export::{FILES, Maps, check_folder, write_planet},
     prelude::*,
 };
 use clap::Parser;
@@ -78,7 +78,7 @@ fn without_display(arguments: &Arguments) -> Result<(), BevyError> {
         "no display: the history runs without one, and its maps go to {}",
         arguments.out.display()
     );
-    check_folder(&arguments.out)?;
+    check_folder(&arguments.out, FILES)?;
     let start = Instant::now();
     let mut history = History::new(arguments.recipe())?;
     let bar = ProgressBar::new(1000).with_style(ProgressStyle::with_template(

@@ -195,7 +195,7 @@ fn nothing_half_written_stays() {
     assert!(error.to_string().contains("age.png"), "{error}");
     assert_eq!(names(folder.path()), ["age.png"]);
     assert!(
-        check_folder(folder.path()).is_err(),
+        check_folder(folder.path(), FILES).is_err(),
         "known before a long run"
     );
 
@@ -203,7 +203,7 @@ fn nothing_half_written_stays() {
     fs::write(&file, "mine").unwrap();
     let error = write_planet(&mut history, 0.0, &file.join("below"), &maps(1)).unwrap_err();
     assert!(error.to_string().contains("below"), "{error}");
-    assert!(check_folder(&file).is_err());
+    assert!(check_folder(&file, FILES).is_err());
     assert_eq!(fs::read_to_string(&file).unwrap(), "mine");
 }
 
@@ -217,7 +217,7 @@ fn a_read_only_folder_is_refused_and_left_alone() {
         println!("skipped: permissions do not bind this user");
         return;
     }
-    let error = check_folder(folder.path()).unwrap_err();
+    let error = check_folder(folder.path(), FILES).unwrap_err();
     assert!(
         error
             .to_string()

@@ -111,37 +111,45 @@ fn cube_maps_hold_the_surface_at_the_middles_of_texels() {
 fn a_rectangle_has_the_heights_of_the_maps_and_their_slopes() {
     let folder = tempfile::tempdir().unwrap();
     let (maps, textures) = (folder.path().join("maps"), folder.path().join("textures"));
-    Maps::new(128).write(&SURFACE, &maps).unwrap();
-    let paths = Textures::rectangle(128)
-        .with_relief(30.0)
-        .write(&SURFACE, &textures)
-        .unwrap();
-    assert_eq!(paths.len(), 3);
-    let elevation = |folder: &Path| fs::read(folder.join("elevation.png")).unwrap();
-    assert!(elevation(&maps) == elevation(&textures));
+    // The larger one is worked on in several bands of rows.
+    for width in [128_usize, 2048] {
+        let rows = width / 2;
+        Maps::new(width as u32).write(&SURFACE, &maps).unwrap();
+        let rectangle = Textures::rectangle(width as u32).with_relief(30.0);
+        assert_eq!(rectangle.write(&SURFACE, &textures).unwrap().len(), 3);
+        let elevation = |folder: &Path| fs::read(folder.join("elevation.png")).unwrap();
+        assert!(elevation(&maps) == elevation(&textures));
 
-    let (_, heights) = read(&textures.join("elevation.png"));
-    let (_, normals) = read(&textures.join("normal.png"));
-    let pixel_m = 1000.0 * SURFACE.radius_km * core::f64::consts::PI / 64.0;
-    for y in (8..56).step_by(3) {
-        let latitude = core::f64::consts::PI * (0.5 - (y as f64 + 0.5) / 64.0);
-        for x in (1..127).step_by(5) {
-            let height = |x: usize, y: usize| f64::from(heights[128 * y + x]);
-            let east =
-                (height(x + 1, y) - height(x - 1, y)) / (2.0 * pixel_m * libm::cos(latitude));
-            let north = (height(x, y - 1) - height(x, y + 1)) / (2.0 * pixel_m);
-            let at = 3 * (128 * y + x);
-            let [right, up, out] = [0, 1, 2].map(|c| f64::from(normals[at + c]) / 32_767.5 - 1.0);
-            assert!(
-                (30.0 * east + right / out).abs() < 1e-2,
-                "{east} {}",
-                right / out
-            );
-            assert!(
-                (30.0 * north + up / out).abs() < 1e-2,
-                "{north} {}",
-                up / out
-            );
+        let (_, heights) = read(&textures.join("elevation.png"));
+        let (_, normals) = read(&textures.join("normal.png"));
+        let pixel_m = 1000.0 * SURFACE.radius_km * core::f64::consts::PI / rows as f64;
+        let middle = rows / 2;
+        for y in (rows / 8..rows - rows / 8)
+            .step_by(3)
+            .chain(middle - 2..middle + 2)
+        {
+            let latitude = core::f64::consts::PI * (0.5 - (y as f64 + 0.5) / rows as f64);
+            let cos = libm::cos(latitude);
+            for x in (1..width - 1).step_by(width / 25) {
+                let height = |x: usize, y: usize| f64::from(heights[width * y + x]);
+                let east = (height(x + 1, y) - height(x - 1, y)) / (2.0 * pixel_m * cos);
+                let north = (height(x, y - 1) - height(x, y + 1)) / (2.0 * pixel_m);
+                let at = 3 * (width * y + x);
+                let [right, up, out] =
+                    [0, 1, 2].map(|c| f64::from(normals[at + c]) / 32_767.5 - 1.0);
+                // Rounded heights on both sides, and ground that lies lower or higher than the sphere.
+                let most = 5e-3 + 30.0 / pixel_m / cos + 0.03 * (right.hypot(up) / out);
+                assert!(
+                    (30.0 * east + right / out).abs() < most,
+                    "{east} {}",
+                    right / out
+                );
+                assert!(
+                    (30.0 * north + up / out).abs() < most,
+                    "{north} {}",
+                    up / out
+                );
+            }
         }
     }
 }
@@ -274,7 +282,7 @@ fn tables_read_back_bit_for_bit() {
 fn what_is_exported_is_a_start() {
     let folder = tempfile::tempdir().unwrap();
     Maps::new(256).write(&SURFACE, folder.path()).unwrap();
-    let paths = write_geography(&SURFACE, folder.path()).unwrap();
+    let paths = write_geography(&SURFACE, &RotationHistory::of(&SURFACE), folder.path()).unwrap();
     assert_eq!(paths, GEOGRAPHY_FILES.map(|name| folder.path().join(name)));
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let mut recipe = recipe();
@@ -376,6 +384,23 @@ fn rotations_lead_sub_plates_back_to_where_they_were() {
 
     let folder = tempfile::tempdir().unwrap();
     let rotations = world.resource::<RotationHistory>().clone();
+    // Every plate of the moment has lines, and outlines say how far back they go.
+    let surface = history.surface().unwrap();
+    let mut text = Vec::new();
+    let whole = rotations.completed(&surface);
+    plates_geojson(&surface, &whole, &mut text).unwrap();
+    let value: serde_json::Value = serde_json::from_slice(&text).unwrap();
+    let totals: BTreeMap<u16, f64> = whole
+        .plates()
+        .map(|plate| (plate.id, plate.totals.last().unwrap().age_my))
+        .collect();
+    let features = value["features"].as_array().unwrap();
+    assert_eq!(features.len(), surface.plates().len());
+    for feature in features {
+        let properties = &feature["properties"];
+        let id = properties["plate"].as_u64().unwrap() as u16;
+        assert_eq!(properties["FROMAGE"].as_f64(), Some(totals[&id]));
+    }
     let path = write_rotations(&rotations, folder.path()).unwrap();
     assert_eq!(path, folder.path().join(ROTATIONS_FILE));
     let text = fs::read_to_string(path).unwrap();
@@ -476,7 +501,7 @@ fn nothing_half_written_stays() {
         .write(&SURFACE, out)
         .map(drop),
         write_tables(&SURFACE, out).map(drop),
-        write_geography(&SURFACE, out).map(drop),
+        write_geography(&SURFACE, &RotationHistory::default(), out).map(drop),
         Film::create(out, Maps::new(64), 2).map(drop),
     ];
     for result in refused {
@@ -490,6 +515,8 @@ fn what_cannot_be_drawn_is_refused_with_the_range() {
     let out = Path::new("never-written");
     let mut broken = SURFACE.clone();
     broken.thickness.pop();
+    let mut odd = SURFACE.clone();
+    odd.elevation[5] = f32::NAN;
     let textures = |side| Textures::cube(side).write(&SURFACE, out).map(drop);
     let globe = |side, quads| {
         Globe {
@@ -511,7 +538,18 @@ fn what_cannot_be_drawn_is_refused_with_the_range() {
         ),
         (Film::create(out, Maps::new(64), 0).map(drop), "1 to 10000"),
         (write_tables(&broken, out).map(drop), "thickness"),
-        (write_geography(&broken, out).map(drop), "thickness"),
+        (
+            Globe::default().write(&odd, out).map(drop),
+            "elevation that are not finite",
+        ),
+        (
+            Textures::cube(8).write(&odd, out).map(drop),
+            "elevation that are not finite",
+        ),
+        (
+            write_geography(&broken, &RotationHistory::default(), out).map(drop),
+            "thickness",
+        ),
     ] {
         let message = result.unwrap_err().to_string();
         assert!(message.contains(expected), "{message}");

@@ -16,7 +16,7 @@ mod start;
 #[cfg(feature = "save")]
 use bevy_tectonics::save;
 use bevy_tectonics::{
-    export::{Maps, check_folder, write_history, write_planet},
+    export::{FILES, HISTORY_FILE, Maps, check_folder, write_history, write_planet},
     simulation::{History, Recipe, StatisticsInterval, Workers},
 };
 use clap::{Parser, error::ErrorKind};
@@ -44,7 +44,12 @@ fn main() -> ExitCode {
         }
         Err(error) => error.exit(),
     };
-    let prepared = prepare(&flags).and_then(|(recipe, maps)| Ok((begin(&flags, recipe)?, maps)));
+    let prepared = prepare(&flags).and_then(|(recipe, maps)| {
+        let history = begin(&flags, recipe)?;
+        let (start_my, end_my) = (history.time_my(), history.recipe().duration_my);
+        flags.outputs.validate_span(start_my, end_my)?;
+        Ok((history, maps))
+    });
     match prepared {
         Err(message) => fail(2, &message),
         Ok((history, maps)) => grow(&flags, history, &maps)
@@ -71,7 +76,10 @@ fn prepare(flags: &Flags) -> Result<(Recipe, Maps), String> {
 fn grow(flags: &Flags, mut history: History, maps: &Maps) -> Result<(), String> {
     let text = |error: &dyn Display| error.to_string();
     // Before the long run: a planet that cannot be written is not worth growing.
-    check_folder(&flags.out).map_err(|error| text(&error))?;
+    let optional = flags.outputs.files();
+    let history_file = flags.history.map(|_| HISTORY_FILE);
+    let files = FILES.into_iter().chain(optional).chain(history_file);
+    check_folder(&flags.out, files).map_err(|error| text(&error))?;
     save(flags, &mut history)?;
     let workers = Workers::new(maps.threads);
     history.world_mut().insert_resource(workers);
@@ -109,6 +117,7 @@ fn run(flags: &Flags, history: &mut History, reels: &mut [Reel]) -> Result<f64, 
     let mut drawing = Duration::ZERO;
     let end_my = history.recipe().duration_my;
     let mut display = Gauge::new(flags.quiet, end_my);
+    check(flags, history)?;
     loop {
         let mut due_my = f64::INFINITY;
         let paused = Instant::now();
@@ -134,21 +143,24 @@ fn run(flags: &Flags, history: &mut History, reels: &mut [Reel]) -> Result<f64, 
                 }
             })
             .map_err(|error| error.to_string())?;
-        if flags.check {
-            history.check().map_err(|error| {
-                format!(
-                    "after step {} at {:.2} My: {error}",
-                    history.steps(),
-                    history.time_my()
-                )
-            })?;
-        }
+        check(flags, history)?;
         if (10.0 * history.progress(end_my).fraction).floor() > tenth {
             save(flags, history)?;
         }
     }
     display.finish();
     Ok((started.elapsed() - drawing).as_secs_f64())
+}
+
+/// Checks the planet, if that was asked for.
+fn check(flags: &Flags, history: &mut History) -> Result<(), String> {
+    if flags.check {
+        history.check().map_err(|error| {
+            let (steps, time_my) = (history.steps(), history.time_my());
+            format!("after step {steps} at {time_my:.2} My: {error}")
+        })?;
+    }
+    Ok(())
 }
 
 /// Saves the planet, if that was asked for.
@@ -345,11 +357,12 @@ mod tests {
             (&["--cube", "7"][..], "from 8 to 8192"),
             (&["--globe", "5000"], "from 8 to 4096"),
             (&["--film", "1", "--width", "8192"], "16 to 4096"),
-            (&["--frames", "0.001"], "10000"),
         ] {
-            let message =
-                generate(&[flags, &["--quiet", "--duration", "50"]].concat()).unwrap_err();
+            let message = prepare(&parse(flags).unwrap()).unwrap_err();
             assert!(message.contains(expected), "{message}");
         }
+        let flags = parse(&["--frames", "0.001"]).unwrap();
+        let message = flags.outputs.validate_span(0.0, 50.0).unwrap_err();
+        assert!(message.contains("50001 maps"), "{message}");
     }
 }

@@ -1,19 +1,17 @@
 //! Files that appear whole or not at all.
 
+use super::ExportError;
+use atomic_write_file::AtomicWriteFile;
 use std::{
     fs::{self, File},
-    io::{self, Write},
+    io::{self, BufWriter, Write},
     path::{Path, PathBuf},
     sync::{Arc, OnceLock},
 };
 
-use super::{
-    ExportError, FILES, FILM_FILE, GEOGRAPHY_FILES, GLOBE_FILE, HISTORY_FILE, TABLE_FILES,
-};
-
-/// A file under a temporary name. Dropping it removes it; [`publish`] gives it its real name.
+/// A file without a name, or under a temporary one where the system knows no such files. Dropping it
+/// removes it, as does the end of the program; [`publish`] gives it its real name.
 pub(super) struct Draft {
-    temporary: PathBuf,
     target: PathBuf,
     pen: Pen,
 }
@@ -22,7 +20,7 @@ pub(super) struct Draft {
 /// lost.
 #[derive(Clone)]
 pub(super) struct Pen {
-    file: Arc<File>,
+    file: Arc<AtomicWriteFile>,
     failure: Arc<OnceLock<io::Error>>,
 }
 
@@ -40,11 +38,11 @@ impl Pen {
 
 impl Write for Pen {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.note((&*self.file).write(bytes))
+        self.note(self.file.as_file().write(bytes))
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        self.note((&*self.file).flush())
+        self.note(self.file.as_file().flush())
     }
 }
 
@@ -54,22 +52,28 @@ impl Draft {
         fs::create_dir_all(folder).map_err(|error| ExportError::write(folder, error))?;
         let target = folder.join(name);
         refuse_folder(&target)?;
-        // The process id keeps two programs that export into one folder apart.
-        let temporary = folder.join(format!(".{name}.{}.partial", std::process::id()));
-        let file = File::create(&temporary).map_err(|error| ExportError::write(&target, error))?;
+        let file =
+            AtomicWriteFile::open(&target).map_err(|error| ExportError::write(&target, error))?;
         let pen = Pen {
             file: Arc::new(file),
             failure: Arc::default(),
         };
-        Ok(Self {
-            temporary,
-            target,
-            pen,
-        })
+        Ok(Self { target, pen })
     }
 
     pub(super) fn pen(&self) -> Pen {
         self.pen.clone()
+    }
+
+    /// Has the whole file written.
+    pub(super) fn fill(
+        &self,
+        write: impl FnOnce(&mut BufWriter<Pen>) -> io::Result<()>,
+    ) -> Result<(), ExportError> {
+        let mut writer = BufWriter::new(self.pen());
+        write(&mut writer)
+            .and_then(|()| writer.flush())
+            .map_err(|error| self.error(error))
     }
 
     pub(super) fn error(&self, source: impl Into<io::Error>) -> ExportError {
@@ -82,44 +86,38 @@ impl Draft {
         }
         self.pen.file.sync_all().map_err(|error| self.error(error))
     }
-}
 
-impl Drop for Draft {
-    fn drop(&mut self) {
-        // After publishing nothing has this name any more; otherwise nobody is left to hear a failure.
-        let _ = fs::remove_file(&self.temporary);
+    fn publish(self) -> Result<PathBuf, ExportError> {
+        let Self { target, pen } = self;
+        let whole = Arc::into_inner(pen.file)
+            .ok_or_else(|| io::Error::other("somebody still writes to it"))
+            .and_then(AtomicWriteFile::commit);
+        whole.map_err(|error| ExportError::write(&target, error))?;
+        Ok(target)
     }
 }
 
-/// Syncs all drafts to disk and only then renames them, so that a full disk leaves none of them.
+/// Syncs all drafts to disk and only then names them, so that a full disk leaves none of them.
 pub(super) fn publish(drafts: Vec<Draft>) -> Result<Vec<PathBuf>, ExportError> {
     for draft in &drafts {
         draft.sync()?;
     }
-    let mut paths = Vec::with_capacity(drafts.len());
-    for draft in &drafts {
-        fs::rename(&draft.temporary, &draft.target).map_err(|error| draft.error(error))?;
-        paths.push(draft.target.clone());
-    }
-    // The renames themselves last only once the folder is synced; not every file system can.
-    #[cfg(unix)]
-    if let Some(folder) = paths.first().and_then(|path| path.parent()) {
-        let _ = File::open(folder).and_then(|folder| folder.sync_all());
-    }
-    Ok(paths)
+    drafts.into_iter().map(Draft::publish).collect()
 }
 
 /// Creates `folder` where it does not exist and tries to write a megabyte into it, so that a long run
-/// does not end at a folder that is read-only or a disk that is full.
+/// does not end at a folder that is read-only or a disk that is full, or at a folder that has the name of
+/// one of `files`.
 ///
 /// # Errors
 /// [`ExportError::Write`] with the folder and the cause.
-pub fn check_folder(folder: &Path) -> Result<(), ExportError> {
+pub fn check_folder<'a>(
+    folder: &Path,
+    files: impl IntoIterator<Item = &'a str>,
+) -> Result<(), ExportError> {
     let at_folder = |error: io::Error| ExportError::write(folder, error);
     fs::create_dir_all(folder).map_err(at_folder)?;
-    let single = [HISTORY_FILE, FILM_FILE, GLOBE_FILE];
-    let others = (single.into_iter().chain(GEOGRAPHY_FILES)).chain(TABLE_FILES);
-    for name in FILES.into_iter().chain(others) {
+    for name in files {
         refuse_folder(&folder.join(name))?;
     }
     let probe = folder.join(format!(".probe.{}.partial", std::process::id()));
@@ -180,8 +178,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("taken");
         fs::write(&file, b"").unwrap();
-        let message = check_folder(&file).unwrap_err().to_string();
+        let message = check_folder(&file, []).unwrap_err().to_string();
         assert!(message.contains("taken"), "{message}");
-        assert!(check_folder(&folder.path().join("new/deep")).is_ok());
+        assert!(check_folder(&folder.path().join("new/deep"), []).is_ok());
     }
 }

@@ -112,13 +112,10 @@ impl Globe {
         progress: impl FnMut(f64),
     ) -> Result<PathBuf, ExportError> {
         self.validate()?;
+        let skin = Skin::new(surface, self.relief, self.threads)?;
         let draft = Draft::create(folder, GLOBE_FILE)?;
-        let bytes = self.model(surface, progress)?;
-        let glb = bytes.map_err(|error| draft.error(error))?;
-        draft
-            .pen()
-            .write_all(&glb)
-            .map_err(|error| draft.error(error))?;
+        let bytes = self.model(surface, &skin, progress)?;
+        draft.fill(|pen| pen.write_all(&bytes?))?;
         draft::publish(vec![draft])?;
         Ok(folder.join(GLOBE_FILE))
     }
@@ -127,9 +124,9 @@ impl Globe {
     fn model(
         &self,
         surface: &Surface,
+        skin: &Skin,
         mut progress: impl FnMut(f64),
     ) -> Result<io::Result<Vec<u8>>, ExportError> {
-        let skin = Skin::new(surface, self.relief, self.threads)?;
         let mut model = Model::new(surface, self.relief);
         for (face, name) in FACES.into_iter().enumerate() {
             let [mut colours, mut normals] = [(); 2].map(|()| Vec::new());
@@ -141,7 +138,7 @@ impl Globe {
                 progress((face as f64 + share) / 6.0);
                 Ok(())
             })?;
-            let part = Part::new(&skin, face, self.quads);
+            let part = Part::new(skin, face, self.quads);
             let pictures = picture(self.side, &colours)
                 .and_then(|colours| Ok([colours, picture(self.side, &normals)?]));
             match pictures {
@@ -201,6 +198,10 @@ impl Part {
             for column in 0..=quads {
                 let (s, t) = (lattice(column), lattice(row));
                 let place: DVec3 = cube::to_simulation(cube::point(face, s, t)).normalize();
+                if [0, quads].contains(&row) || [0, quads].contains(&column) {
+                    // Both faces of an edge look for it from the same place.
+                    hints = Hints::default();
+                }
                 let elevation = skin.elevation(place, &mut hints);
                 let tangent = along.reject_from_normalized(place).normalize_or(along);
                 let [x, y, z] = to_scene(tangent).to_array();

@@ -40,7 +40,7 @@ pub fn history_csv(history: &StatisticsHistory, writer: impl Write) -> io::Resul
 /// [`ExportError::Write`] names the file and the cause; then it was neither written nor replaced.
 pub fn write_history(history: &StatisticsHistory, folder: &Path) -> Result<PathBuf, ExportError> {
     let draft = Draft::create(folder, HISTORY_FILE)?;
-    history_csv(history, draft.pen()).map_err(|error| draft.error(error))?;
+    draft.fill(|pen| history_csv(history, pen))?;
     draft::publish(vec![draft])?;
     Ok(folder.join(HISTORY_FILE))
 }

@@ -15,8 +15,8 @@
 //! −180 + (x + ½)·360/W and latitude 90 − (y + ½)·180/H degrees. These formats are a promise: programs
 //! outside this crate read them.
 //!
-//! Files appear whole or not at all: each is written under a temporary name, synced, and renamed only
-//! once all of them are complete. The bytes depend on the planet and the width, never on the number of
+//! Files appear whole or not at all: each is written without a name, synced, and named only once all of
+//! them are complete. The bytes depend on the planet and the width, never on the number of
 //! threads.
 //!
 //! [`write_planet`] exports a history; [`Maps::write`] only a [`Surface`](crate::simulation::Surface).
@@ -66,10 +66,10 @@ pub use summary::{Seconds, Summary};
 pub use tables::{TABLE_FILES, plates_csv, sub_plates_csv, write_tables};
 pub use textures::{Layout, Textures};
 
-use crate::simulation::{History, TectonicError};
-use crate::surface::SurfaceError;
+use crate::simulation::{History, Surface, TectonicError};
+use crate::surface::{SurfaceError, check_columns};
 
-/// Names of all files an export writes.
+/// Names of the files that [`write_planet`] writes.
 pub const FILES: [&str; 8] = [
     "elevation.png",
     "crust.png",
@@ -116,12 +116,56 @@ pub enum ExportError {
         /// What the operating system, or the encoder, said.
         source: io::Error,
     },
+    /// A surface that was changed holds what is no number.
+    #[error("the surface has values of {field} that are not finite")]
+    NotFinite {
+        /// The column.
+        field: &'static str,
+    },
     /// The surface cannot be sampled.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
     /// The history could not be read.
     #[error(transparent)]
     History(#[from] TectonicError),
+}
+
+/// What every program may rely on: a value for each sub-plate, and none that is no number.
+fn check_surface(surface: &Surface) -> Result<(), ExportError> {
+    check_columns(surface)?;
+    for (field, expected, found) in [
+        ("thickness", surface.plate.len(), surface.thickness.len()),
+        (
+            "volcanism age",
+            surface.plate.len(),
+            surface.volcanism_age.len(),
+        ),
+    ] {
+        if found != expected {
+            return Err(SurfaceError {
+                field,
+                found,
+                expected,
+            }
+            .into());
+        }
+    }
+    let are_numbers = |column: &[f32]| column.iter().all(|value| value.is_finite());
+    let fields = [
+        ("elevation", are_numbers(&surface.elevation)),
+        ("thickness", are_numbers(&surface.thickness)),
+        ("age", are_numbers(&surface.age)),
+        ("orogeny age", are_numbers(&surface.orogeny_age)),
+        ("velocity", surface.velocity.iter().all(|v| v.is_finite())),
+        (
+            "rotations",
+            surface.rotations.iter().all(|r| r.1.is_finite()),
+        ),
+    ];
+    match fields.into_iter().find(|&(_, is_finite)| !is_finite) {
+        Some((field, _)) => Err(ExportError::NotFinite { field }),
+        None => Ok(()),
+    }
 }
 
 impl ExportError {

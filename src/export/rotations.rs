@@ -15,28 +15,36 @@ use std::{
 pub const ROTATIONS_FILE: &str = "rotations.rot";
 
 /// Writes total rotations in the PLATES format (`.rot`) that `GPlates` reads: a line for each plate and age
-/// with the plate's id, the age in My before the last moment, latitude, longitude and angle in degrees of
+/// with the plate's number, the age in My before the last moment, latitude, longitude and angle in degrees of
 /// the rotation that leads from the last moment back to that age, and the fixed plate, which is always
 /// 0: the frame of the planet.
 ///
-/// Lines of a plate reach back to when it came to be, or the recording began. Outlines of plates that no
-/// longer are rest from their end on.
+/// Numbers are ids, but one higher from 999 on, which stands for a comment there. Lines of a plate reach back
+/// to when it came to be, or the recording began. Outlines of plates that no longer are rest from their
+/// end on.
 ///
 /// # Errors
 /// What `writer` says.
 pub fn rotations_rot(rotations: &RotationHistory, mut writer: impl Write) -> io::Result<()> {
-    for plate in rotations.plates() {
+    // 0 is no plate but the frame.
+    for plate in rotations.plates().filter(|plate| plate.id != 0) {
+        let number = gplates_id(plate.id);
         for total in &plate.totals {
             let (lat, lon) = lat_lon(total.rotation);
             let angle = total.rotation.length().to_degrees();
             writeln!(
                 writer,
-                "{:<5} {:>12.6} {lat:>14.9} {lon:>14.9} {angle:>14.9}  000 !plate {}",
-                plate.id, total.age_my, plate.id
+                "{number:<5} {:>12.6} {lat:>14.9} {lon:>14.9} {angle:>14.9}  000 !plate {}",
+                total.age_my, plate.id
             )?;
         }
     }
     Ok(())
+}
+
+/// A plate's number in the PLATES format, where 999 is a comment.
+pub(super) fn gplates_id(plate: u16) -> u32 {
+    u32::from(plate) + u32::from(plate >= 999)
 }
 
 /// Writes `rotations.rot` into `folder`, which is created where it does not exist, and returns the file's
@@ -46,10 +54,7 @@ pub fn rotations_rot(rotations: &RotationHistory, mut writer: impl Write) -> io:
 /// [`ExportError::Write`] names the file and the cause; then it was neither written nor replaced.
 pub fn write_rotations(rotations: &RotationHistory, folder: &Path) -> Result<PathBuf, ExportError> {
     let draft = Draft::create(folder, ROTATIONS_FILE)?;
-    let mut pen = io::BufWriter::new(draft.pen());
-    rotations_rot(rotations, &mut pen)
-        .and_then(|()| pen.flush())
-        .map_err(|error| draft.error(error))?;
+    draft.fill(|pen| rotations_rot(rotations, pen))?;
     draft::publish(vec![draft])?;
     Ok(folder.join(ROTATIONS_FILE))
 }

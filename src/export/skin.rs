@@ -1,6 +1,6 @@
 //! The ground as a material has it: heights, normals and colours without light.
 
-use super::{ExportError, chart::Chart};
+use super::{ExportError, chart::Chart, check_surface};
 use crate::simulation::Surface;
 use crate::surface::{
     Raster, Relief,
@@ -48,6 +48,7 @@ impl<'a> Skin<'a> {
         relief: Relief,
         threads: usize,
     ) -> Result<Self, ExportError> {
+        check_surface(surface)?;
         Ok(Self {
             raster: Raster::new(surface)?,
             wander: Wander::new(surface.seed),

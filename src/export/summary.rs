@@ -76,12 +76,10 @@ impl Summary {
 
     pub(super) fn draft(&self, folder: &Path) -> Result<Draft, ExportError> {
         let draft = Draft::create(folder, "planet.json")?;
-        let mut text = serde_json::to_vec_pretty(self).map_err(|error| draft.error(error))?;
-        text.push(b'\n');
-        draft
-            .pen()
-            .write_all(&text)
-            .map_err(|error| draft.error(error))?;
+        draft.fill(|pen| {
+            serde_json::to_writer_pretty(&mut *pen, self)?;
+            pen.write_all(b"\n")
+        })?;
         Ok(draft)
     }
 }

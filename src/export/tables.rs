@@ -1,12 +1,12 @@
 //! Sub-plates and plates as tables.
 
 use super::{
-    ExportError,
+    ExportError, check_surface,
     draft::{self, Draft},
     geography::rotation,
 };
 use crate::simulation::{Crust, Orogeny, Surface};
-use crate::surface::{check_columns, east_north, lat_lon};
+use crate::surface::{east_north, lat_lon};
 use serde::Serialize;
 use std::{
     io::{self, Write},
@@ -59,7 +59,7 @@ struct PlateRow {
 /// # Errors
 /// What `writer` says, and columns of a surface that do not have one value per sub-plate.
 pub fn sub_plates_csv(surface: &Surface, writer: impl Write) -> io::Result<()> {
-    check_columns(surface).map_err(io::Error::other)?;
+    check_surface(surface).map_err(io::Error::other)?;
     let mut csv = csv::Writer::from_writer(writer);
     let square_km = surface.radius_km * surface.radius_km;
     for (vertex, &site) in surface.mesh.sites().iter().enumerate() {
@@ -121,10 +121,10 @@ pub fn plates_csv(surface: &Surface, writer: impl Write) -> io::Result<()> {
 /// # Errors
 /// [`ExportError`] names the file and the cause; nothing half-written is left behind.
 pub fn write_tables(surface: &Surface, folder: &Path) -> Result<Vec<PathBuf>, ExportError> {
-    check_columns(surface)?;
+    check_surface(surface)?;
     let [sub_plates, plates] = TABLE_FILES.map(|name| Draft::create(folder, name));
     let [sub_plates, plates] = [sub_plates?, plates?];
-    sub_plates_csv(surface, sub_plates.pen()).map_err(|error| sub_plates.error(error))?;
-    plates_csv(surface, plates.pen()).map_err(|error| plates.error(error))?;
+    sub_plates.fill(|pen| sub_plates_csv(surface, pen))?;
+    plates.fill(|pen| plates_csv(surface, pen))?;
     draft::publish(vec![sub_plates, plates])
 }

@@ -99,8 +99,25 @@ impl RotationHistory {
     pub fn of(surface: &Surface) -> Self {
         let mut history = Self::default();
         let now = surface.time_my;
-        let turns = (surface.rotations.iter()).map(|&(id, rotation)| (id, rotation));
-        history.turn(now - MOMENT_MY, now, turns);
+        let turns: BTreeMap<u16, DVec3> = surface.rotations.iter().copied().collect();
+        history.turn(now - MOMENT_MY, now, turns.into_iter());
+        history
+    }
+
+    /// The same with every plate of a surface: one that came to be at the end of the last step has not
+    /// turned yet.
+    #[must_use]
+    pub fn completed(&self, surface: &Surface) -> Self {
+        let mut history = self.clone();
+        history.now_my = history.now_my.max(surface.time_my);
+        let resting = surface.rotations.iter().map(|&(id, _)| id);
+        for id in resting {
+            history.plates.entry(id).or_insert_with(|| Turning {
+                moments: Vec::new(),
+                seen_my: history.now_my,
+                orientation: DQuat::IDENTITY,
+            });
+        }
         history
     }
 

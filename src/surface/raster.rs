@@ -64,10 +64,8 @@ pub(crate) fn check_columns(surface: &Surface) -> Result<(), SurfaceError> {
         ("age", surface.age.len()),
         ("plate", surface.plate.len()),
         ("velocity", surface.velocity.len()),
-        ("thickness", surface.thickness.len()),
         ("orogeny", surface.orogeny.len()),
         ("orogeny age", surface.orogeny_age.len()),
-        ("volcanism age", surface.volcanism_age.len()),
     ];
     match columns.into_iter().find(|&(_, found)| found != expected) {
         Some((field, found)) => Err(SurfaceError {

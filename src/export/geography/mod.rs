@@ -4,15 +4,16 @@ mod outlines;
 mod plane;
 
 use super::{
-    ExportError,
+    ExportError, check_surface,
     draft::{self, Draft},
-    rotations::{ROTATIONS_FILE, rotations_rot},
+    rotations::{ROTATIONS_FILE, gplates_id, rotations_rot},
 };
 use crate::simulation::{BoundaryKind, EulerRotation, RotationHistory, Surface};
-use crate::surface::{PlateSummary, check_columns, lat_lon};
+use crate::surface::{PlateSummary, lat_lon};
 use geojson::{Feature, FeatureCollection, GeometryValue, JsonObject};
 use serde_json::json;
 use std::{
+    collections::BTreeMap,
     io::{self, Write},
     path::{Path, PathBuf},
 };
@@ -33,29 +34,32 @@ pub const GEOGRAPHY_FILES: [&str; 4] = [
 /// | `plates.geojson` | [`plates_geojson`] |
 /// | `boundaries.geojson` | [`boundaries_geojson`] |
 /// | `poles.geojson` | [`poles_geojson`] |
-/// | `rotations.rot` | [`rotations_rot`] of the motions at this moment |
+/// | `rotations.rot` | [`rotations_rot`] |
 ///
-/// Longitudes and latitudes are those of a sphere. `GPlates` reads the outlines with their rotations, and
-/// [`import`](crate::import) both as a start: `elevation.png` with `plates.geojson` is a planet to go on
-/// from, without its history.
+/// Rotations are those that a [`RotationHistoryPlugin`](crate::simulation::RotationHistoryPlugin) has
+/// recorded until this moment, or else [`RotationHistory::of`] it. Longitudes and latitudes are those of a
+/// sphere. `GPlates` takes the outlines back along their rotations to when a plate came to be, and
+/// [`import`](crate::import) reads outlines and motions as a start: `elevation.png` with `plates.geojson`
+/// is a planet to go on from, without its history.
 ///
 /// # Errors
 /// [`ExportError`] names the file and the cause; nothing half-written is left behind.
-pub fn write_geography(surface: &Surface, folder: &Path) -> Result<Vec<PathBuf>, ExportError> {
-    check_columns(surface)?;
-    let rotations = RotationHistory::of(surface);
+pub fn write_geography(
+    surface: &Surface,
+    rotations: &RotationHistory,
+    folder: &Path,
+) -> Result<Vec<PathBuf>, ExportError> {
+    check_surface(surface)?;
+    // Plates that came to be at the end of the last step have not turned yet.
+    let rotations = &rotations.completed(surface);
     let drafts = GEOGRAPHY_FILES.into_iter().map(|name| {
         let draft = Draft::create(folder, name)?;
-        let mut pen = io::BufWriter::new(draft.pen());
-        let written = match name {
-            "plates.geojson" => plates_geojson(surface, &mut pen),
-            "boundaries.geojson" => boundaries_geojson(surface, &mut pen),
-            "poles.geojson" => poles_geojson(surface, &mut pen),
-            _ => rotations_rot(&rotations, &mut pen),
-        };
-        written
-            .and_then(|()| pen.flush())
-            .map_err(|error| draft.error(error))?;
+        draft.fill(|pen| match name {
+            "plates.geojson" => plates_geojson(surface, rotations, pen),
+            "boundaries.geojson" => boundaries_geojson(surface, pen),
+            "poles.geojson" => poles_geojson(surface, pen),
+            _ => rotations_rot(rotations, pen),
+        })?;
         Ok(draft)
     });
     let drafts: Result<Vec<Draft>, ExportError> = drafts.collect();
@@ -63,16 +67,26 @@ pub fn write_geography(surface: &Surface, folder: &Path) -> Result<Vec<PathBuf>,
 }
 
 /// Writes the outlines of plates as `GeoJSON`: a `MultiPolygon` each, along the sides of sub-plates, cut at
-/// the antimeridian. They hold the places whose [`at`](Surface::at) lies on the plate; maps bend the same
-/// boundaries by noise finer than sub-plates.
+/// the antimeridian. They hold the places whose [`at`](Surface::at) lies on the plate, but for some hundred
+/// metres where great circles are not straight on the plane; maps bend the same boundaries by noise finer
+/// than sub-plates.
 ///
-/// Properties: `plate` and `PLATEID1` (the id; the second is what `GPlates` looks for), `area_km2`,
-/// `continental_share`, and `rotation` as an imported start has it: `lat` and `lon` of the pole and
-/// `deg_per_my`.
+/// Properties: `plate` (the id), `area_km2`, `continental_share`, and `rotation` as an imported start has
+/// it: `lat` and `lon` of the pole and `deg_per_my`. For `GPlates`: `PLATEID1`, the id as
+/// [`rotations_rot`] has it, `FROMAGE`, the age in My back to which rotations of the plate are known, and
+/// `TOAGE`, 0.
 ///
 /// # Errors
 /// What `writer` says.
-pub fn plates_geojson(surface: &Surface, writer: impl Write) -> io::Result<()> {
+pub fn plates_geojson(
+    surface: &Surface,
+    rotations: &RotationHistory,
+    writer: impl Write,
+) -> io::Result<()> {
+    let from: BTreeMap<u16, f64> = rotations
+        .plates()
+        .filter_map(|plate| Some((plate.id, plate.totals.last()?.age_my)))
+        .collect();
     let rings = outlines::rings(surface);
     let features = surface.plates().iter().map(|plate| {
         let rings = rings.get(&plate.id).map_or(&[][..], Vec::as_slice);
@@ -80,7 +94,9 @@ pub fn plates_geojson(surface: &Surface, writer: impl Write) -> io::Result<()> {
         let rotation = rotation(plate);
         let properties = json!({
             "plate": plate.id,
-            "PLATEID1": plate.id,
+            "PLATEID1": gplates_id(plate.id),
+            "FROMAGE": from.get(&plate.id).copied().unwrap_or(0.0),
+            "TOAGE": 0.0,
             "area_km2": plate.area_km2,
             "continental_share": plate.continental_share,
             "rotation": rotation,

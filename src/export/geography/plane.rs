@@ -17,6 +17,8 @@ const LONGEST_STEP: f64 = 1.0;
 const HALVINGS: u32 = 20;
 /// Decimals of a degree that are kept: a centimetre.
 const UNIT: f64 = 1e-7;
+/// Distance in radii within which a corner counts as on the antimeridian: six centimetres.
+const OFF_BORDER: f64 = 1e-8;
 
 /// A line on the plane, in as many pieces as the antimeridian makes of it.
 pub(super) fn lines(points: &[DVec3]) -> Vec<Vec<Corner>> {
@@ -37,9 +39,8 @@ pub(super) fn polygons(rings: &[Vec<DVec3>]) -> Vec<Polygon> {
     let mut arcs: Vec<Vec<Corner>> = Vec::new();
     let mut closed: Vec<Vec<Corner>> = Vec::new();
     for ring in rings {
-        let Some(&first) = ring.first() else { continue };
-        let mut round = ring.clone();
-        round.push(first);
+        let mut round: Vec<DVec3> = ring.iter().copied().map(off_border).collect();
+        round.extend(round.first().copied());
         let mut pieces = lines(&round);
         // The ring was begun somewhere in the middle of a piece.
         if pieces.len() > 1
@@ -53,12 +54,16 @@ pub(super) fn polygons(rings: &[Vec<DVec3>]) -> Vec<Polygon> {
             closed.append(&mut pieces);
         }
     }
+    // What is smaller than the unit has no area left.
+    closed.retain(|ring| ring.len() > 3 && signed_area(ring) != 0.0);
+    // Where no ring meets the border, it lies inside if the widest ring has its inside out.
+    let widest = closed.iter().max_by(|a, b| by_area(a, b));
+    let holds_border = arcs.is_empty() && widest.is_none_or(|ring| signed_area(ring) < 0.0);
     let mut outers = join(arcs);
     let (islands, holes): (Vec<_>, Vec<_>) =
         closed.into_iter().partition(|ring| signed_area(ring) > 0.0);
     outers.extend(islands);
-    let is_inside_out = outers.is_empty();
-    if is_inside_out {
+    if holds_border && (rings.is_empty() || !holes.is_empty()) {
         outers.push(vec![
             [-180.0, -90.0],
             [180.0, -90.0],
@@ -81,6 +86,14 @@ pub(super) fn polygons(rings: &[Vec<DVec3>]) -> Vec<Polygon> {
         }
     }
     polygons
+}
+
+/// A corner on the antimeridian moved off it, by less than matters, so that only sides meet it.
+fn off_border(point: DVec3) -> DVec3 {
+    if point.x < 0.0 && point.y.abs() < OFF_BORDER {
+        return DVec3::new(point.x, OFF_BORDER, point.z).normalize_or(point);
+    }
+    point
 }
 
 fn corner(point: DVec3) -> Corner {
@@ -294,6 +307,37 @@ mod tests {
         });
         check(&rings[..1], |place| !cap(10.0, 20.0, 15.3)(place));
         check(&[], |_| true);
+    }
+
+    #[test]
+    fn corners_on_the_antimeridian_are_corners_like_others() {
+        let square = [(0.0, 180.0), (0.0, -170.0), (10.0, -170.0), (10.0, 180.0)];
+        for first in 0..4 {
+            let mut ring = square.map(|(lat, lon)| direction_of(lat, lon));
+            ring.rotate_left(first);
+            let polygons = check(&[ring.to_vec()], |place| {
+                let (lat, lon) = lat_lon(place);
+                lat > 0.0 && lat < 10.0 && lon < -170.0
+            });
+            let area: f64 = polygons.iter().map(|rings| signed_area(&rings[0])).sum();
+            assert!((area - 100.0).abs() < 1.0, "{area}");
+        }
+        // Round a pole, from a corner at 180 degrees.
+        let cap: Vec<DVec3> = (0..36)
+            .map(|i| direction_of(70.0, 180.0 + 10.0 * f64::from(i)))
+            .collect();
+        check(&[cap], |place| lat_lon(place).0 > 70.3);
+    }
+
+    #[test]
+    fn pieces_apart_keep_the_sea_around_them() {
+        let hole: Vec<DVec3> = circle(0.0, 0.0, 20.3).into_iter().rev().collect();
+        let island = circle(0.0, 0.0, 5.3);
+        let (wide, narrow) = (cap(0.0, 0.0, 20.3), cap(0.0, 0.0, 5.3));
+        check(&[hole, island], |place| !wide(place) || narrow(place));
+        // Too small to be seen.
+        let speck = circle(10.0, 10.0, 1e-9);
+        assert!(polygons(&[speck]).is_empty());
     }
 
     #[test]
