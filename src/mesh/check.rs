@@ -54,14 +54,40 @@ impl<E: EdgePayload> SphereMesh<E> {
     ///
     /// The first [`MeshFault`] found.
     pub fn check(&self) -> Result<(), MeshFault> {
+        self.check_within(0.0)
+    }
+
+    /// As [`check`](Self::check), but an edge may be wrong by a hair: by so much, in radii, at most lies the
+    /// vertex on one side of it within the circle through the three on the other. What turns as one body stays
+    /// Delaunay, but for the rounding of its sites.
+    ///
+    /// # Errors
+    ///
+    /// As [`check`](Self::check).
+    pub fn check_within(&self, hair: f64) -> Result<(), MeshFault> {
         self.check_sites()?;
         self.check_surface()?;
-        match self.edges().find(|&e| !self.is_locally_delaunay(e)) {
+        let is_wrong = |e: &Edge| !self.is_locally_delaunay(*e) && self.intrusion(*e) > hair;
+        match self.edges().find(is_wrong) {
             Some(edge) => Err(MeshFault::NotDelaunay {
                 edge,
                 vertices: self.endpoints(edge).into(),
             }),
             None => Ok(()),
+        }
+    }
+
+    /// How far the vertex on one side of an edge lies within the circle through the three on the other.
+    fn intrusion(&self, edge: Edge) -> f64 {
+        let (one, other) = (2 * edge, 2 * edge + 1);
+        let centre = self.circumcentre(one);
+        let distance = |h: HalfEdge| centre.distance(self.site(self.apex(h)));
+        let depth = distance(one) - distance(other);
+        // Of a flat triangle there is no centre.
+        if depth.is_finite() {
+            depth
+        } else {
+            f64::INFINITY
         }
     }
 

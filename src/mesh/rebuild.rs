@@ -69,6 +69,7 @@ impl<E: EdgePayload> SphereMesh<E> {
                 edge,
                 before,
                 after,
+                turned: false,
             });
         }
         for there in 0..2 * fresh.edge_slots() as HalfEdge {

@@ -15,6 +15,9 @@ pub struct Flip {
     pub before: [Vertex; 2],
     /// The vertices it joins now.
     pub after: [Vertex; 2],
+    /// Whether it turned between its two triangles, so that those it joins now lie beside those it joined.
+    /// Otherwise it was taken from one place and put to another.
+    pub turned: bool,
 }
 
 /// Why the mesh could not be made Delaunay.
@@ -210,6 +213,7 @@ impl<E: EdgePayload> SphereMesh<E> {
                 edge: e,
                 before,
                 after,
+                turned: true,
             });
         }
         flipped
@@ -263,6 +267,7 @@ impl<E: EdgePayload> SphereMesh<E> {
                 edge,
                 before: [v, before],
                 after: [v, self.dest(h)],
+                turned: false,
             });
         }
     }

@@ -21,6 +21,9 @@ use xxhash_rust::xxh3::Xxh3;
 const LEDGER_GAP: f64 = 1e-6;
 /// Largest relative gap of the cells' areas.
 const AREA_GAP: f64 = 1e-6;
+/// How far the mesh may be from Delaunay, in radii: half a millimetre. All edges are looked at whenever plates are
+/// reorganised; until then the inside of a plate turns as a body, and each turn rounds its sites to 6 nm.
+const HAIR: f64 = 1e-10;
 /// Largest radial part of a velocity, in km/My. f32 vectors of 100 km/My hold 1e-5.
 const RADIAL: f64 = 1e-2;
 
@@ -77,7 +80,7 @@ fn check_world(
     let mesh = &topology.0;
     let columns = sub_plates.columns(mesh.vertex_count())?;
     let (position, velocity, _, plate, crust, elevation, thickness, area, ..) = columns;
-    mesh.check()
+    mesh.check_within(HAIR)
         .map_err(|source| TectonicError::Mesh { time_my, source })?;
 
     for v in 0..position.len() {
@@ -103,6 +106,13 @@ fn check_world(
             return Err(TectonicError::NotFinite {
                 field,
                 vertex: v,
+                time_my,
+            });
+        }
+        if thickness[v].0 < 0.0 {
+            return Err(TectonicError::Thickness {
+                vertex: v,
+                thickness_km: thickness[v].0,
                 time_my,
             });
         }

@@ -55,6 +55,16 @@ pub enum TectonicError {
         /// When, in My.
         time_my: f64,
     },
+    /// There is less than no crust.
+    #[error("the crust of sub-plate {vertex} is {thickness_km} km thick at {time_my:.3} My")]
+    Thickness {
+        /// Row of the sub-plate.
+        vertex: usize,
+        /// Its thickness in km.
+        thickness_km: f64,
+        /// When, in My.
+        time_my: f64,
+    },
     /// A velocity points out of the surface.
     #[error(
         "velocity of sub-plate {vertex} has a radial part of {radial} km/My at {time_my:.3} My"

@@ -69,12 +69,13 @@ impl Ledger {
     }
 
     /// Difference between the volume found and the volume booked, as a share of the latter. Where
-    /// next to nothing is left of the first continents, a share of a thousandth of those: sums do
-    /// not round to less than their terms allow.
+    /// next to nothing is left of the first continents, or of what came and went since, a share of a
+    /// thousandth of that: sums do not round to less than their terms allow.
     #[must_use]
     pub fn closing_error(&self, found_km3: f64) -> f64 {
         let booked = self.booked_km3();
-        (found_km3 - booked) / booked.abs().max(1e-3 * self.initial_km3).max(1.0)
+        let largest = self.initial_km3.max(self.eroded_km3);
+        (found_km3 - booked) / booked.abs().max(1e-3 * largest).max(1.0)
     }
 }
 

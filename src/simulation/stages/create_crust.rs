@@ -17,7 +17,10 @@ use super::super::{
     ledger::Ledger,
     plate::{Plate, PlateBorn, PlateTable, Rotation},
     recipe::Recipe,
-    stages::{Splits, reorganize_plates::cut_by_flips},
+    stages::{
+        Splits,
+        reorganize_plates::{Carried, cut_by_flips},
+    },
     sub_plate::*,
     topology::{EdgeState, Topology},
     workers::{FEW, Workers},
@@ -42,6 +45,9 @@ struct Gap {
     motion: Motion,
     strike: DVec3,
 }
+
+/// Largest share of three cells' rock that a fourth between them takes. Cells of a nominal area give a quarter.
+const MOST_GIVEN: f64 = 0.6;
 
 /// Fills the gaps that opened since the last step.
 pub(in crate::simulation) fn create_crust(
@@ -79,18 +85,18 @@ pub(in crate::simulation) fn create_crust(
     let cell = recipe.cell_area_km2();
     let now = clock.time_my as f32;
     let mut cuts = Vec::new();
+    let mut newborn: Vec<PlateId> = Vec::new();
     for gap in gaps {
         // Before anything is taken or booked. Only a coincident site is refused, and the gap rule
         // keeps sites apart.
-        let flips = match mesh.insert(gap.site, gap.corners[0]) {
-            Ok((_, flips)) => flips,
+        let (vertex, flips) = match mesh.insert(gap.site, gap.corners[0]) {
+            Ok(inserted) => inserted,
             Err(EditError::Repair(source)) => {
                 let time_my = clock.time_my;
                 return Err(TectonicError::Repair { time_my, source });
             }
             Err(_) => continue,
         };
-        cuts.extend(cut_by_flips(&flips, plate));
         let corners = gap.corners.map(|v| v as usize);
         let opening = gap.motion.opening > 0.0;
         let side = segments
@@ -113,11 +119,15 @@ pub(in crate::simulation) fn create_crust(
             .iter()
             .map(|&v| thickness[v].0)
             .fold(f64::MAX, f64::min);
+        let volume = corners.map(|v| thickness[v].0 * area[v].0);
+        let volume: f64 = volume.iter().sum();
         let stretched = if opening {
             thinnest - constants.rift_thinning * spacing / 226.0
         } else {
             thinnest
         };
+        // Small neighbours give a part of what they have.
+        let stretched = stretched.min(MOST_GIVEN * volume / cell);
         let tears = corners.iter().all(|&v| crust[v].is_continental())
             && stretched >= constants.breakup_thickness;
         if tears {
@@ -125,8 +135,7 @@ pub(in crate::simulation) fn create_crust(
             child.thickness = stretched;
             child.created = corners.iter().map(|&v| created[v].0).fold(now, f32::min);
             // The new cell's rock comes out of its neighbours.
-            let volume = corners.map(|v| thickness[v].0 * area[v].0);
-            let kept = 1.0 - stretched * cell / volume.iter().sum::<f64>();
+            let kept = 1.0 - stretched * cell / volume;
             for v in corners {
                 thickness[v].0 *= kept;
             }
@@ -141,6 +150,14 @@ pub(in crate::simulation) fn create_crust(
             }
             ledger.area_created_km2 += cell;
         }
+        newborn.push(child.plate);
+        let plates_now = Carried {
+            rows: plate,
+            newborn: &newborn,
+        };
+        cuts.extend(cut_by_flips(&flips, plates_now));
+        let is_of_child = |w: u32| plates_now.of(w) == Some(child.plate);
+        splits.suspected |= !mesh.neighbours(vertex).any(is_of_child);
         commands.spawn((
             SubPlate,
             Position(gap.site.as_vec3()),
@@ -154,7 +171,11 @@ pub(in crate::simulation) fn create_crust(
             RidgeDirection(child.ridge.as_vec3()),
         ));
     }
-    splits.note_cuts(mesh, plate, &cuts);
+    let plates_now = Carried {
+        rows: plate,
+        newborn: &newborn,
+    };
+    splits.note_cuts(mesh, plates_now, &cuts);
     Ok(())
 }
 

@@ -187,7 +187,7 @@ impl OldMargins<'_> {
         // Continents that have grown drown their own margins, which then keep what rivers bring.
         let thrift = (1.0 - self.recipe.constants.uplift.arc_feedback * growth).clamp(0.0, 1.0);
         let target = self.recipe.constants.uplift.arc_accretion;
-        let missing = target - self.recipe.constants.ridges.oceanic_thickness;
+        let missing = (target - self.recipe.constants.ridges.oceanic_thickness).max(0.0);
         // Ripe floor beside land, with its speed of growth.
         let ripe_at = |v: usize| {
             let ripe = (now - f64::from(self.created[v].0) - constants.margin_age) / MARGIN_RIPE;

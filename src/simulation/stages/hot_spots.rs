@@ -135,7 +135,9 @@ pub(in crate::simulation) fn wear_islands(
         if crust[v].is_continental() || above <= 0.0 || volcanism[v].pile_km <= 0.0 {
             continue;
         }
-        let worn = (above * share / constants.relief).min(f64::from(volcanism[v].pile_km));
+        // Where what lay beneath has gone since, the pile is thicker than all of the crust.
+        let pile = f64::from(volcanism[v].pile_km).min(thickness[v].0);
+        let worn = (above * share / constants.relief).min(pile);
         volcanism[v].pile_km -= worn as f32;
         thickness[v].0 -= worn;
     }

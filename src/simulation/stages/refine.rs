@@ -10,7 +10,11 @@ use super::super::{
     error::TectonicError,
     reach::reach,
     recipe::Recipe,
-    stages::resolve_collisions::edges_around,
+    stages::{
+        Splits,
+        reorganize_plates::{Carried, cut_by_flips},
+        resolve_collisions::edges_around,
+    },
     sub_plate::*,
     topology::{EdgeState, Topology},
     workers::Workers,
@@ -46,6 +50,7 @@ pub(in crate::simulation) fn refine(
     clock: Res<Clock>,
     workers: Res<Workers>,
     mut topology: ResMut<Topology>,
+    mut splits: ResMut<Splits>,
     mut sub_plates: Query<RefineColumns, With<SubPlate>>,
 ) -> Result<(), TectonicError> {
     if clock.refinement.due().is_none() {
@@ -74,6 +79,7 @@ pub(in crate::simulation) fn refine(
     let targets = targets(&recipe, mesh, plate, crust, elevation);
     let cells = shares_of_triangles(&workers, mesh, recipe.radius_km);
     let rows = cells.len();
+    let mut newborn: Vec<PlateId> = Vec::new();
     let mut touched = vec![false; rows];
     let interior = |mesh: &SphereMesh<EdgeState>, v: u32| {
         mesh.neighbours(v)
@@ -140,6 +146,7 @@ pub(in crate::simulation) fn refine(
             let n = site.as_vec3();
             w - n * n.dot(w)
         };
+        newborn.push(plate[i]);
         commands.spawn((
             (
                 SubPlate,
@@ -160,11 +167,18 @@ pub(in crate::simulation) fn refine(
         ));
     }
     let queue = edges_around(mesh, &changed);
-    mesh.repair_locally(queue)
+    let flips = mesh
+        .repair_locally(queue)
         .map_err(|source| TectonicError::Repair {
             time_my: clock.time_my,
             source,
         })?;
+    let plates = Carried {
+        rows: plate,
+        newborn: &newborn,
+    };
+    let cuts: Vec<[u32; 2]> = cut_by_flips(&flips, plates).collect();
+    splits.note_cuts(mesh, plates, &cuts);
     gone.sort_unstable_by(|a, b| b.cmp(a));
     for v in gone {
         commands.entity(entity[v as usize]).despawn();

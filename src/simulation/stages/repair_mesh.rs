@@ -5,7 +5,7 @@ use super::super::{
     clock::Clock,
     columns::Columns,
     error::TectonicError,
-    stages::reorganize_plates::{Splits, cut_by_flips},
+    stages::reorganize_plates::{Carried, Splits, cut_by_flips},
     sub_plate::{Deviation, PlateId, Position, SubPlate, Velocity},
     topology::Topology,
     workers::Workers,
@@ -76,7 +76,8 @@ pub(in crate::simulation) fn repair_mesh(
         }
         flips.extend(moved.flips);
     }
-    let cuts: Vec<[u32; 2]> = cut_by_flips(&flips, plate).collect();
-    splits.note_cuts(mesh, plate, &cuts);
+    let plates = Carried::by(plate);
+    let cuts: Vec<[u32; 2]> = cut_by_flips(&flips, plates).collect();
+    splits.note_cuts(mesh, plates, &cuts);
     Ok(())
 }

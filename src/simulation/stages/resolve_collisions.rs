@@ -16,7 +16,7 @@ use super::{
         recipe::Recipe,
         stages::{
             Splits,
-            reorganize_plates::{cut_by_flips, cut_by_removal, hand_on},
+            reorganize_plates::{Carried, cut_by_flips, cut_by_removal, hand_on},
         },
         sub_plate::*,
         topology::{EdgeState, Topology},
@@ -139,9 +139,7 @@ pub(in crate::simulation) fn resolve_collisions(
             let others = || (0..).zip(&*ground.plate).filter(|(_, id)| **id == own);
             splits.suspected |=
                 heir.is_none() && others().all(|(w, _)| w == v || mesh.is_detached(w));
-            for cuts in [&mut cuts, &mut splits.cuts] {
-                hand_on(cuts, v, heir);
-            }
+            hand_on(cuts.iter_mut().chain(&mut splits.cuts), v, heir);
             cuts.extend(cut_by_removal(&ring, own, ground.plate));
             judge.bury(
                 mesh,
@@ -170,12 +168,12 @@ pub(in crate::simulation) fn resolve_collisions(
                 time_my: clock.time_my,
                 source,
             })?;
-        cuts.extend(cut_by_flips(&flips, ground.plate));
+        cuts.extend(cut_by_flips(&flips, Carried::by(ground.plate)));
         unsettled.0.extend(&dirty);
         unsettled.0.extend(flips.iter().flat_map(|flip| flip.after));
         watch = dirty;
     }
-    splits.note_cuts(mesh, ground.plate, &cuts);
+    splits.note_cuts(mesh, Carried::by(ground.plate), &cuts);
     // Row = vertex: both tables swap-remove in the same order, from the back.
     gone.sort_unstable_by(|a, b| b.cmp(a));
     for v in gone {

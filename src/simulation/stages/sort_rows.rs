@@ -7,6 +7,7 @@
 
 use super::super::{
     clock::Clock,
+    stages::Splits,
     sub_plate::{Sorted, SortedTable, SubPlate},
     topology::Topology,
     workers::Workers,
@@ -56,6 +57,10 @@ pub(in crate::simulation) fn sort_rows(world: &mut World) {
     }
     world.resource_mut::<SortedTable>().0 = away;
     world.resource_mut::<Topology>().0.renumber(&order);
+    // What refinement cut was known by number.
+    let mut splits = world.resource_mut::<Splits>();
+    splits.suspected |= !splits.cuts.is_empty();
+    splits.cuts.clear();
 }
 
 #[cfg(test)]

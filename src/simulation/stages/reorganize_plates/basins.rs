@@ -27,7 +27,7 @@ pub(in crate::simulation) fn fill_basins(
     };
     // What lies at the rim grows from floor to continent while the shore crosses one cell.
     let full = recipe.constants.uplift.arc_accretion;
-    let missing = full - recipe.constants.ridges.oceanic_thickness;
+    let missing = (full - recipe.constants.ridges.oceanic_thickness).max(0.0);
     let rate = missing * FILL_SPEED / recipe.spacing_km();
     let mesh = &topology.0;
     let (mut crust, mut thickness, area, mut created) = sub_plates.columns(mesh.vertex_count())?;

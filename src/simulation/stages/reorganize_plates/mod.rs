@@ -49,15 +49,35 @@ impl Splits {
     pub(in crate::simulation) fn note_cuts<E: EdgePayload>(
         &mut self,
         mesh: &SphereMesh<E>,
-        plate: &[PlateId],
+        plates: Carried,
         cuts: &[[u32; 2]],
     ) {
         // Where a sub-plate has gone since, what hung at it is not known.
         self.suspected |= cuts.iter().flatten().any(|&v| mesh.is_detached(v));
         let open = cuts
             .iter()
-            .filter(|[a, b]| !hang_together(mesh, plate, *a, *b));
+            .filter(|[a, b]| !hang_together(mesh, plates, *a, *b));
         self.cuts.extend(open);
+    }
+}
+
+/// Which plate carries which sub-plate, those included that were made in this stage and have no row yet.
+#[derive(Clone, Copy)]
+pub(in crate::simulation) struct Carried<'a> {
+    pub rows: &'a [PlateId],
+    pub newborn: &'a [PlateId],
+}
+
+impl<'a> Carried<'a> {
+    /// Of sub-plates that all have rows.
+    pub(in crate::simulation) fn by(rows: &'a [PlateId]) -> Self {
+        Self { rows, newborn: &[] }
+    }
+
+    pub(in crate::simulation) fn of(&self, v: u32) -> Option<PlateId> {
+        let v = v as usize;
+        let newborn = || self.newborn.get(v.checked_sub(self.rows.len())?);
+        self.rows.get(v).or_else(newborn).copied()
     }
 }
 
@@ -65,9 +85,8 @@ impl Splits {
 const SEARCH: usize = 64;
 
 /// Whether two sub-plates of one plate are joined by a short way within it.
-fn hang_together<E: EdgePayload>(mesh: &SphereMesh<E>, plate: &[PlateId], a: u32, b: u32) -> bool {
-    // Crust made in this step is not in the columns yet.
-    let of = |v: u32| plate.get(v as usize).copied();
+fn hang_together<E: EdgePayload>(mesh: &SphereMesh<E>, plates: Carried, a: u32, b: u32) -> bool {
+    let of = |v: u32| plates.of(v);
     if mesh.is_detached(a) || mesh.is_detached(b) || of(a) != of(b) {
         return false;
     }
@@ -90,14 +109,15 @@ fn hang_together<E: EdgePayload>(mesh: &SphereMesh<E>, plate: &[PlateId], a: u32
 /// Pairs of one plate that a flip took the edge from, unless it goes on through the flip's new ends.
 pub(in crate::simulation) fn cut_by_flips<'a>(
     flips: &'a [Flip],
-    plate: &'a [PlateId],
+    plates: Carried<'a>,
 ) -> impl Iterator<Item = [u32; 2]> + 'a {
-    let of = |v: u32| plate.get(v as usize).copied();
+    let of = move |v: u32| plates.of(v);
     flips
         .iter()
         .filter(move |flip| {
             let [a, b] = flip.before.map(of);
-            a == b && a.is_some() && flip.after.iter().all(|&v| of(v) != a)
+            let goes_on = flip.turned && flip.after.iter().any(|&v| of(v) == a);
+            a == b && a.is_some() && !goes_on
         })
         .map(|flip| flip.before)
 }
@@ -118,16 +138,19 @@ pub(in crate::simulation) fn cut_by_removal(
 }
 
 /// Cuts of a sub-plate that leaves go on to one beside it; if it hung at nothing, to each other.
-pub(in crate::simulation) fn hand_on(cuts: &mut Vec<[u32; 2]>, gone: u32, heir: Option<u32>) {
+pub(in crate::simulation) fn hand_on<'a>(
+    cuts: impl Iterator<Item = &'a mut [u32; 2]>,
+    gone: u32,
+    heir: Option<u32>,
+) {
     let mut last = heir;
-    for pair in cuts.iter_mut().filter(|pair| pair.contains(&gone)) {
+    for pair in cuts.filter(|pair| pair.contains(&gone)) {
         let other = if pair[0] == gone { pair[1] } else { pair[0] };
         *pair = [last.unwrap_or(other), other];
         if heir.is_none() {
             last = Some(other);
         }
     }
-    cuts.retain(|[a, b]| a != b);
 }
 
 /// Area of each plate in km², in the order of the table.

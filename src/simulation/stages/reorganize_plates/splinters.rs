@@ -334,11 +334,11 @@ mod tests {
     #[test]
     fn cuts_of_what_is_gone_go_on_to_what_it_hung_at() {
         let mut cuts = vec![[1, 2], [3, 4], [2, 5]];
-        hand_on(&mut cuts, 2, Some(9));
+        hand_on(cuts.iter_mut(), 2, Some(9));
         assert_eq!(cuts, [[9, 1], [3, 4], [9, 5]]);
         // What hung together through it alone is one another's concern now.
         let mut cuts = vec![[1, 2], [2, 5], [6, 2]];
-        hand_on(&mut cuts, 2, None);
-        assert_eq!(cuts, [[1, 5], [5, 6]]);
+        hand_on(cuts.iter_mut(), 2, None);
+        assert_eq!(cuts, [[1, 1], [1, 5], [5, 6]]);
     }
 }
