@@ -8,9 +8,9 @@ mod schedule;
 use bevy::prelude::*;
 use bevy_tectonics::prelude::*;
 use bevy_tectonics::simulation::{
-    Clock, Created, Deviation, Drive, Elevation, ErodePlugin, HeldMotion, MaterialArea, Plate,
-    PlateId, Position, Rotation, Sea, Splits, SubPlate, Thickness, Topology, Trench, UpliftPlugin,
-    Velocity, sea_floor_depth,
+    Clock, Created, Deviation, Drive, Elevation, ErodePlugin, FoldDirection, HeldMotion,
+    MaterialArea, OrogenyBegan, Plate, PlateId, Position, Rotation, Sea, Splits, SubPlate,
+    Thickness, Topology, Trench, UpliftPlugin, Velocity, sea_floor_depth,
 };
 use glam::{DQuat, DVec3};
 use scenario::*;
@@ -338,14 +338,14 @@ fn margins_yield_where_continents_collide() {
     // Inward deviations by distance from the front, in km.
     let position: Vec<Position> = column(&mut history);
     let deviation: Vec<Deviation> = column(&mut history);
-    let plate: Vec<PlateId> = column(&mut history);
+    let plate_of: Vec<PlateId> = column(&mut history);
     let mean = |from: f64, to: f64| {
-        let band: Vec<f64> = (0..plate.len())
+        let band: Vec<f64> = (0..plate_of.len())
             .filter(|&v| {
                 let at = position[v].0;
                 at.x > 0.7 && (from..to).contains(&(f64::from(at.y.abs()) * RADIUS))
             })
-            .map(|v| f64::from(deviation[v].0.y) * if plate[v] == NORTH { 1.0 } else { -1.0 })
+            .map(|v| f64::from(deviation[v].0.y) * if plate_of[v] == NORTH { 1.0 } else { -1.0 })
             .collect();
         assert!(band.len() > 20);
         band.iter().sum::<f64>() / band.len() as f64
@@ -356,6 +356,27 @@ fn margins_yield_where_continents_collide() {
     assert!(front > 0.2 * SPEED && front <= 0.5 * SPEED, "{bands:?}");
     assert!(inland > 0.1 * front && inland < 0.7 * front, "{bands:?}");
     assert!(plate.abs() < 1e-3 * SPEED, "{bands:?}");
+
+    // What is shortened far behind the front is part of the belt, and still held up by what presses it.
+    let orogeny: Vec<Orogeny> = column(&mut history);
+    let began: Vec<OrogenyBegan> = column(&mut history);
+    let fold: Vec<FoldDirection> = column(&mut history);
+    let belts = |from: f64, to: f64| {
+        let band: Vec<usize> = (0..plate_of.len())
+            .filter(|&v| {
+                let at = position[v].0;
+                at.x > 0.7 && (from..to).contains(&(f64::from(at.y.abs()) * RADIUS))
+            })
+            .collect();
+        let pressed = band.iter().filter(|&&v| {
+            orogeny[v] == Orogeny::Himalayan
+                && history.time_my() - f64::from(began[v].0) < 4.0
+                && fold[v].0.y.abs() > 0.5 * fold[v].0.length()
+        });
+        pressed.count() as f64 / band.len() as f64
+    };
+    let belts = [(500.0, 700.0), (1200.0, 2000.0)].map(|(from, to)| belts(from, to));
+    assert!(belts[0] > 0.5 && belts[1] == 0.0, "{belts:?}");
 }
 
 /// Where strips of thick crust meet strips of thin, they do not run through each other like the teeth of

@@ -5,7 +5,7 @@ use super::{
     error::Fault,
     numbers::{Packer, Unpacker, surprise, surprise_f32, surprised, surprised_f32},
 };
-use crate::simulation::precision::{DIRECTION_STEPS, SITE_STEPS};
+use crate::simulation::precision::SITE_STEPS;
 use glam::{DVec3, Vec3};
 
 fn steps(x: f64) -> i64 {
@@ -127,6 +127,9 @@ pub(super) fn unpack_sites(unpacker: &mut Unpacker, count: usize) -> Result<Vec<
     }
     Ok(sites)
 }
+
+/// Unit of stored directions, in steps per one; what crust carries is no finer.
+const DIRECTION_STEPS: f32 = (1_u32 << 20) as f32;
 
 fn turns(x: f32) -> i32 {
     (x * DIRECTION_STEPS).round_ties_even() as i32

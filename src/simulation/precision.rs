@@ -5,8 +5,9 @@
 
 /// Sites are whole multiples of one radius over this: 6 nm on Earth, so that no edge flips for it.
 pub(crate) const SITE_STEPS: f64 = (1_u64 << 50) as f64;
-/// Directions that crust carries: a millionth of a radian in every step, a thousandth of a degree in a long history.
-pub(crate) const DIRECTION_STEPS: f32 = (1_u32 << 20) as f32;
+/// Directions that crust carries: four millionths of a radian in every step, a hundredth of a degree in a long
+/// history.
+pub(crate) const DIRECTION_STEPS: f32 = (1_u32 << 18) as f32;
 /// Rest lengths of springs: 1.5 m on Earth, where springs yield at hundreds.
 pub(crate) const REST_STEPS: f64 = (1_u64 << 22) as f64;
 /// Thickness of crust: a millimetre each time margins bend or the ground settles. What that adds up to is booked.

@@ -437,6 +437,9 @@ impl Judge<'_> {
     }
 }
 
+/// Share of the mean that a cell takes of crushed crust beyond which it is part of the mountain belt.
+const TAKES_MUCH: f64 = 0.2;
+
 /// Hands a volume of continental crust to the continent around a vertex, more where there is room;
 /// what fits nowhere is pushed onto the nearest sea floor. Returns the cells that took most.
 pub(in crate::simulation) fn spread_volume(
@@ -479,7 +482,8 @@ pub(in crate::simulation) fn spread_volume(
                 let part = (load * weight / whole).min(room);
                 ground.thickness[v].0 += part / ground.area[v].0;
                 given += part;
-                if weight > 0.02 * whole {
+                // As many on every mesh.
+                if weight * takers.len() as f64 > TAKES_MUCH * whole {
                     raised.push(v);
                 }
             }

@@ -3,7 +3,8 @@
 //! Where continents collide, their fronts yield by a share of the closing speed (Yggdrasill's
 //! response, with its falloff over the distance of the two ends); where a continent advances on a trench,
 //! its margin is shortened into a cordillera. Springs carry that inland ([`springs`](super::springs)), and what a
-//! cell loses or gains in area thickens or thins its crust.
+//! cell loses or gains in area thickens or thins its crust. What is shortened is a mountain belt for as long as it
+//! is: its thick crust does not flow away.
 
 use super::{
     super::super::{
@@ -15,7 +16,8 @@ use super::{
         plate::{Plate, PlateBorn, PlateTable, Rotation},
         precision::{THICKNESS_STEPS, round, round_area},
         recipe::{Drive, Recipe},
-        sub_plate::{Crust, Deviation, MaterialArea, PlateId, SubPlate, Thickness},
+        stages::uplift::folded,
+        sub_plate::*,
         topology::{EdgeState, Topology},
         workers::Workers,
     },
@@ -24,7 +26,7 @@ use super::{
 use crate::mesh::SphereMesh;
 use bevy::prelude::*;
 use glam::{DVec3, Vec3};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Pushes below this bend nothing worth the work, in km/My.
 const LEAST_PUSH: f64 = 1.0;
@@ -34,6 +36,11 @@ const ROOM: f64 = 10.0;
 const LEAST_AREA: f64 = 0.25;
 /// Largest change of a cell's area at once.
 const LARGEST_STRAIN: f64 = 0.5;
+
+/// Rate at which a cell's ground shrinks beyond which it is a mountain belt, per My: 2 mm/yr over 600 km.
+const PRESSING: f64 = 0.003;
+/// Time after which a belt that is still pressed is noted as such again, in My.
+const NOTED: f64 = 1.0;
 
 /// Bends the margins: sets the deviation of every sub-plate from its plate's rotation, and thickens
 /// or thins the crust by what its cell loses or gains in area.
@@ -52,12 +59,15 @@ pub(in crate::simulation) fn bend_margins(
             &mut Deviation,
             &mut Thickness,
             &mut MaterialArea,
+            &mut Orogeny,
+            &mut OrogenyBegan,
+            &mut FoldDirection,
         ),
         With<SubPlate>,
     >,
 ) -> Result<(), TectonicError> {
     let mesh = &mut topology.0;
-    let (plate, crust, mut deviation, mut thickness, mut area) =
+    let (plate, crust, mut deviation, mut thickness, mut area, mut orogeny, mut began, mut fold) =
         sub_plates.columns(mesh.vertex_count())?;
     let deviation = deviation.bypass_change_detection();
     let constants = &recipe.constants.margins;
@@ -73,6 +83,7 @@ pub(in crate::simulation) fn bend_margins(
 
     let table = PlateTable::gather(plates.iter());
     let mut pushes = collision_pushes(&recipe, &boundaries, mesh, plate);
+    let colliding: BTreeSet<u32> = pushes.iter().map(|(vertex, _)| *vertex).collect();
     pushes.extend(cordillera_pushes(
         &recipe,
         &boundaries,
@@ -122,6 +133,9 @@ pub(in crate::simulation) fn bend_margins(
         thickness.bypass_change_detection(),
         area.bypass_change_detection(),
     );
+    let orogeny = orogeny.bypass_change_detection();
+    let began = began.bypass_change_detection();
+    let fold = fold.bypass_change_detection();
     for (margin, bent) in margins.iter().zip(bent) {
         for (edge, rest) in bent.rests {
             mesh.payload_mut(edge).rest = rest;
@@ -143,6 +157,20 @@ pub(in crate::simulation) fn bend_margins(
                 if crust[v].is_continental() {
                     ledger.rounded_km3 += thickness[v].0 * area[v].0 - volume;
                 }
+            }
+            let since = clock.time_my - f64::from(began[v].0);
+            let is_pressed = -strain > PRESSING * time_my && crust[v].is_continental();
+            if is_pressed && (orogeny[v] == Orogeny::None || since > NOTED) {
+                let site = mesh.site(v as u32);
+                if orogeny[v] == Orogeny::None {
+                    orogeny[v] = match margin.nearest_push(mesh, site) {
+                        Some(front) if colliding.contains(&front) => Orogeny::Himalayan,
+                        _ => Orogeny::Andean,
+                    };
+                }
+                let slip = deviation[v].0.as_dvec3();
+                fold[v].0 = folded(fold[v].0, slip, site, since.min(2.0 * NOTED).max(time_my));
+                began[v].0 = clock.time_my as f32;
             }
         }
     }

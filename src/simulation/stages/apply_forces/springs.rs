@@ -171,6 +171,13 @@ impl Margin {
         }
     }
 
+    /// The vertex that is pushed nearest to a place.
+    pub(super) fn nearest_push(&self, mesh: &SphereMesh<EdgeState>, site: DVec3) -> Option<u32> {
+        let nearness = |v: u32| mesh.site(v).dot(site);
+        let vertices = self.pushes.iter().map(|(v, _)| *v);
+        vertices.max_by(|&a, &b| nearness(a).total_cmp(&nearness(b)))
+    }
+
     /// Where the margin goes, and what that does to it.
     pub(super) fn bend(&self, ground: &Ground, places: &Places) -> Bent {
         let Ground { recipe, mesh, .. } = ground;
