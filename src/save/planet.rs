@@ -14,13 +14,15 @@ use crate::{
         Orogeny, OrogenyBegan, PlateId, RidgeDirection, RockColumn, Slab, Thickness, Trench,
         Velocity, Volcanism,
         checkpoint::{Checkpoint, Record, Rows},
-        precision::{ELEVATION_STEPS, REST_STEPS, THICKNESS_STEPS},
+        precision::{ELEVATION_STEPS, REST_STEPS},
     },
 };
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 use std::{borrow::Borrow, collections::BTreeMap};
 
+/// Unit of stored thicknesses, in steps per km. It belongs to the format; the simulation keeps them no finer.
+const THICKNESS_STEPS: f64 = (1_u64 << 20) as f64;
 /// Names of the sections.
 pub(super) const RECORD: &str = "record";
 const SITES: &str = "sites";

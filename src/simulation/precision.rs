@@ -5,13 +5,13 @@
 
 /// Sites are whole multiples of one radius over this: 6 nm on Earth, so that no edge flips for it.
 pub(crate) const SITE_STEPS: f64 = (1_u64 << 50) as f64;
-/// Directions that crust carries: four millionths of a radian in every step, a hundredth of a degree in a long
-/// history.
-pub(crate) const DIRECTION_STEPS: f32 = (1_u32 << 18) as f32;
+/// Directions that crust carries: a hundred thousandth of a radian in every step, some hundredths of a degree in a
+/// long history.
+pub(crate) const DIRECTION_STEPS: f32 = (1_u32 << 16) as f32;
 /// Rest lengths of springs: 1.5 m on Earth, where springs yield at hundreds.
 pub(crate) const REST_STEPS: f64 = (1_u64 << 22) as f64;
-/// Thickness of crust: a millimetre each time margins bend or the ground settles. What that adds up to is booked.
-pub(crate) const THICKNESS_STEPS: f64 = (1_u64 << 20) as f64;
+/// Thickness of crust: four millimetres each time margins bend or the ground settles. What that adds up to is booked.
+pub(crate) const THICKNESS_STEPS: f64 = (1_u64 << 18) as f64;
 /// Elevations: 2 cm.
 pub(crate) const ELEVATION_STEPS: f64 = 64.0;
 
@@ -24,10 +24,16 @@ pub(crate) fn round(x: f64, steps: f64) -> f64 {
     ((x * steps + SHIFT) - SHIFT) / steps
 }
 
-/// An area to single precision: a square metre in ten square kilometres.
+/// An area to 16 binary digits: half a square kilometre of a cell 226 km wide. What continents lose or gain by it is
+/// booked.
 pub(crate) fn round_area(x: f64) -> f64 {
-    f64::from(x as f32)
+    // Half of the last digit kept is added before the others go.
+    let bits = x.to_bits() + (1 << (AREA_BITS - 1));
+    f64::from_bits(bits & !((1 << AREA_BITS) - 1))
 }
+
+/// Binary digits of an area's fraction that are not kept, of 52.
+const AREA_BITS: u32 = 52 - 15;
 
 /// A component of a site, between −1 and 1, on its grid.
 pub(crate) fn round_site(x: f64) -> f64 {

@@ -46,7 +46,7 @@ struct Gap {
     strike: DVec3,
 }
 
-/// Largest share of three cells' rock that a fourth between them takes. Cells of a nominal area give a quarter.
+/// Largest share of three cells' rock that a fourth between them takes. Cells of a nominal area give up to a third.
 const MOST_GIVEN: f64 = 0.6;
 
 /// Fills the gaps that opened since the last step.

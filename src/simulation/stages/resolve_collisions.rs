@@ -437,7 +437,7 @@ impl Judge<'_> {
     }
 }
 
-/// Share of the mean that a cell takes of crushed crust beyond which it is part of the mountain belt.
+/// Crushed crust that a cell takes, as a share of the mean, beyond which it is part of the mountain belt.
 const TAKES_MUCH: f64 = 0.2;
 
 /// Hands a volume of continental crust to the continent around a vertex, more where there is room;
@@ -454,6 +454,8 @@ pub(in crate::simulation) fn spread_volume(
     let origin = mesh.site(from);
     let mut left = volume;
     let mut raised = Vec::new();
+    // Rock per area, in km, were it spread evenly over the first circle.
+    let mut mean = None;
     let mut reach = constants.spread.max(SPREAD_SPACINGS * recipe.spacing_km());
     for _ in 0..3 {
         let mut takers: Vec<(usize, f64, f64)> = Vec::new();
@@ -474,6 +476,8 @@ pub(in crate::simulation) fn spread_volume(
             capacity += room * ground.area[v].0;
         }
         let whole: f64 = takers.iter().map(|taker| taker.1).sum();
+        let ground_of = |taker: &(usize, f64, f64)| ground.area[taker.0].0;
+        let mean = *mean.get_or_insert_with(|| volume / takers.iter().map(ground_of).sum::<f64>());
         // A crowded place passes half of its load on to a wider circle.
         let load = left.min(0.5 * capacity);
         if whole > 0.0 && load > 0.0 {
@@ -482,8 +486,7 @@ pub(in crate::simulation) fn spread_volume(
                 let part = (load * weight / whole).min(room);
                 ground.thickness[v].0 += part / ground.area[v].0;
                 given += part;
-                // As many on every mesh.
-                if weight * takers.len() as f64 > TAKES_MUCH * whole {
+                if part > TAKES_MUCH * mean * ground.area[v].0 {
                     raised.push(v);
                 }
             }
@@ -497,6 +500,8 @@ pub(in crate::simulation) fn spread_volume(
     if left > 0.0 {
         obduct(recipe, mesh, ground, ledger, from, left);
     }
+    raised.sort_unstable();
+    raised.dedup();
     raised
 }
 

@@ -163,9 +163,13 @@ pub(in crate::simulation) fn bend_margins(
             if is_pressed && (orogeny[v] == Orogeny::None || since > NOTED) {
                 let site = mesh.site(v as u32);
                 if orogeny[v] == Orogeny::None {
-                    orogeny[v] = match margin.nearest_push(mesh, site) {
-                        Some(front) if colliding.contains(&front) => Orogeny::Himalayan,
-                        _ => Orogeny::Andean,
+                    let Some(front) = margin.nearest_push(mesh, site) else {
+                        continue;
+                    };
+                    orogeny[v] = if colliding.contains(&front) {
+                        Orogeny::Himalayan
+                    } else {
+                        Orogeny::Andean
                     };
                 }
                 let slip = deviation[v].0.as_dvec3();

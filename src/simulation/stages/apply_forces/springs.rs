@@ -211,6 +211,9 @@ impl Margin {
             *shift = soft.as_vec3();
             let speed = soft * (radius / time);
             let still = speed.length() < STILL;
+            if still {
+                *shift = Vec3::ZERO;
+            }
             bent.deviation
                 .push(Deviation(if still { Vec3::ZERO } else { speed.as_vec3() }));
         }

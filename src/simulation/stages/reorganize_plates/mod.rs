@@ -144,7 +144,7 @@ pub(in crate::simulation) fn hand_on<'a>(
     heir: Option<u32>,
 ) {
     let mut last = heir;
-    for pair in cuts.filter(|pair| pair.contains(&gone)) {
+    for pair in cuts.filter(|pair| pair[0] != pair[1] && pair.contains(&gone)) {
         let other = if pair[0] == gone { pair[1] } else { pair[0] };
         *pair = [last.unwrap_or(other), other];
         if heir.is_none() {

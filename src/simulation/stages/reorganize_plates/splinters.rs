@@ -301,7 +301,11 @@ fn severed(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simulation::{fixtures::random_mesh, stages::reorganize_plates::hand_on};
+    use crate::mesh::Flip;
+    use crate::simulation::{
+        fixtures::random_mesh,
+        stages::reorganize_plates::{Carried, cut_by_flips, hand_on},
+    };
 
     #[test]
     fn a_cut_finds_the_smaller_piece_or_that_there_is_none() {
@@ -340,5 +344,28 @@ mod tests {
         let mut cuts = vec![[1, 2], [2, 5], [6, 2]];
         hand_on(cuts.iter_mut(), 2, None);
         assert_eq!(cuts, [[1, 1], [1, 5], [5, 6]]);
+    }
+
+    #[test]
+    fn a_flip_goes_on_through_its_new_ends_and_a_reinsertion_does_not() {
+        let (rows, newborn) = ([PlateId(1); 4], [PlateId(1), PlateId(2)]);
+        let plates = Carried {
+            rows: &rows,
+            newborn: &newborn,
+        };
+        let flip = |before, after, turned| {
+            let flips = [Flip {
+                edge: 0,
+                before,
+                after,
+                turned,
+            }];
+            cut_by_flips(&flips, plates).collect::<Vec<_>>()
+        };
+        assert!(flip([0, 1], [2, 5], true).is_empty());
+        assert_eq!(flip([0, 1], [0, 2], false), [[0, 1]]);
+        // What was born in this stage counts by its plate.
+        assert_eq!(flip([0, 4], [5, 5], true), [[0, 4]]);
+        assert!(flip([0, 5], [1, 2], true).is_empty());
     }
 }
