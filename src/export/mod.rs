@@ -19,7 +19,7 @@
 //! them are complete. The bytes depend on the planet and the width, never on the number of
 //! threads.
 //!
-//! [`write_planet`] exports a history; [`Maps::write`] only a [`Surface`](crate::simulation::Surface).
+//! [`write_planet`] exports a history; [`Maps::write`] only a [`Surface`].
 //!
 //! # For other programs
 //!
