@@ -4,7 +4,6 @@ use super::{
     ExportError, Maps,
     chart::Chart,
     draft::{self, Draft},
-    sheet::encoder,
     skin::{Skin, Texel},
     textures::FACES,
 };
@@ -13,7 +12,7 @@ use crate::simulation::Surface;
 use crate::surface::{Relief, cube, raster::Hints};
 use glam::{DVec3, Vec3};
 use gltf::binary::{Glb, Header};
-use png::{BitDepth, ColorType};
+use png::{BitDepth, ColorType, Encoder};
 use serde_json::{Value, json};
 use std::{
     borrow::Cow,
@@ -162,7 +161,9 @@ fn byte_normal(texel: &Texel) -> [u8; 3] {
 /// material's to say.
 fn picture(side: u32, texels: &[u8]) -> io::Result<Vec<u8>> {
     let mut png = Vec::new();
-    let encoder = encoder(&mut png, (side, side), (ColorType::Rgb, BitDepth::Eight));
+    let mut encoder = Encoder::new(&mut png, side, side);
+    encoder.set_color(ColorType::Rgb);
+    encoder.set_depth(BitDepth::Eight);
     let mut writer = encoder.write_header()?;
     writer.write_image_data(texels)?;
     writer.finish()?;

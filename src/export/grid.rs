@@ -64,17 +64,29 @@ pub(super) fn sample_rows(
 ) -> Vec<Pixel> {
     let width = grid.width as usize;
     let mut pixels = vec![Pixel::default(); rows.len() * width];
-    let share = rows.len().div_ceil(threads.max(1)).max(1);
-    std::thread::scope(|scope| {
-        for (first, chunk) in rows.step_by(share).zip(pixels.chunks_mut(share * width)) {
-            scope.spawn(move || {
-                for (y, row) in (first..).zip(chunk.chunks_mut(width)) {
-                    sample_row(raster, grid, y, row);
-                }
-            });
+    share_rows(threads, rows.start, width, &mut pixels, |first, rows| {
+        for (y, row) in (first..).zip(rows.chunks_mut(width)) {
+            sample_row(raster, grid, y, row);
         }
     });
     pixels
+}
+
+/// Shares rows of a width out over threads; `work` gets the number of its first row with its rows.
+pub(super) fn share_rows<T: Send>(
+    threads: usize,
+    first: u32,
+    width: usize,
+    all: &mut [T],
+    work: impl Fn(u32, &mut [T]) + Sync,
+) {
+    let share = (all.len() / width).div_ceil(threads.max(1)).max(1);
+    std::thread::scope(|scope| {
+        for (first, rows) in (first..).step_by(share).zip(all.chunks_mut(share * width)) {
+            let work = &work;
+            scope.spawn(move || work(first, rows));
+        }
+    });
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use std::{f32::consts::FRAC_1_SQRT_2, f64::consts::PI};
 
 use glam::{Vec2, Vec3};
 
-use super::grid::Grid;
+use super::grid::{Grid, share_rows};
 use crate::simulation::Surface;
 use crate::surface::{
     Pixel, direction,
@@ -75,17 +75,15 @@ impl Painter {
         let rows = self.painted..end.max(self.painted);
         let width = self.grid.width as usize;
         let mut colours = vec![0; 3 * width * rows.len()];
-        let share = rows.len().div_ceil(threads.max(1)).max(1);
-        std::thread::scope(|scope| {
-            let this = &*self;
-            for (first, chunk) in rows
-                .clone()
-                .step_by(share)
-                .zip(colours.chunks_mut(3 * width * share))
-            {
-                scope.spawn(move || this.strip(first, chunk));
-            }
-        });
+        share_rows(
+            threads,
+            rows.start,
+            3 * width,
+            &mut colours,
+            |first, rows| {
+                self.strip(first, rows);
+            },
+        );
         self.painted = rows.end;
         self.window.forget_before(self.painted.saturating_sub(halo));
         colours

@@ -1,6 +1,6 @@
 //! The ground as a material has it: heights, normals and colours without light.
 
-use super::{ExportError, chart::Chart, check_surface};
+use super::{ExportError, chart::Chart, check_surface, grid::share_rows};
 use crate::simulation::Surface;
 use crate::surface::{
     Raster, Relief,
@@ -88,7 +88,7 @@ impl<'a> Skin<'a> {
         let (width, wide) = (chart.size().0 as usize, chart.size().0 as usize + 2);
         // One row and one column more on each side: slopes need neighbours.
         let mut samples = vec![Sample::default(); wide * (rows.len() + 2)];
-        self.share_out(rows.start, wide, &mut samples, |y, row| {
+        self.rows(rows.start, wide, &mut samples, |y, row| {
             // Every row starts from the same place, so that rows do not depend on threads.
             let mut hints = Hints::default();
             for (x, sample) in (-1..).zip(row) {
@@ -98,7 +98,7 @@ impl<'a> Skin<'a> {
             }
         });
         let mut texels = vec![Texel::default(); width * rows.len()];
-        self.share_out(rows.start, width, &mut texels, |y, row| {
+        self.rows(rows.start, width, &mut texels, |y, row| {
             let above = (y - rows.start) as usize * wide;
             let lines = [0, 1, 2].map(|line| &samples[above + line * wide..][..wide]);
             for (x, texel) in row.iter_mut().enumerate() {
@@ -111,25 +111,17 @@ impl<'a> Skin<'a> {
         texels
     }
 
-    /// Works on rows of pixels, shared out over the threads.
-    fn share_out<T: Send>(
+    /// Works on each row of pixels with its number.
+    fn rows<T: Send>(
         &self,
         first: u32,
         width: usize,
         pixels: &mut [T],
         work: impl Fn(u32, &mut [T]) + Sync,
     ) {
-        let rows = pixels.len() / width;
-        let share = rows.div_ceil(self.threads.max(1)).max(1);
-        std::thread::scope(|scope| {
-            let starts = (first..).step_by(share);
-            for (first, chunk) in starts.zip(pixels.chunks_mut(share * width)) {
-                let work = &work;
-                scope.spawn(move || {
-                    for (y, row) in (first..).zip(chunk.chunks_mut(width)) {
-                        work(y, row);
-                    }
-                });
+        share_rows(self.threads, first, width, pixels, |first, rows| {
+            for (y, row) in (first..).zip(rows.chunks_mut(width)) {
+                work(y, row);
             }
         });
     }

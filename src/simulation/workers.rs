@@ -3,6 +3,7 @@
 use bevy::prelude::*;
 use bevy::tasks::{TaskPool, TaskPoolBuilder};
 use core::ops::Range;
+use std::sync::{Mutex, PoisonError};
 
 /// Rows of one piece of parallel work. Fixed, so that no result depends on the number of threads.
 pub(super) const CHUNK: usize = 2048;
@@ -43,19 +44,30 @@ impl Workers {
     /// from `chunks_mut` of [`CHUNK`] rows.
     pub(super) fn run<P: Send, T: Send + 'static>(
         &self,
-        parts: impl ExactSizeIterator<Item = P>,
+        parts: impl ExactSizeIterator<Item = P> + Send,
         work: impl Fn(P) -> T + Sync,
     ) -> Vec<T> {
-        match &self.0 {
-            // Fewer are done before another thread has woken up.
-            Some(pool) if parts.len() > 3 => pool.scope(|scope| {
-                for part in parts {
-                    let work = &work;
-                    scope.spawn(async move { work(part) });
-                }
-            }),
-            _ => parts.map(work).collect(),
-        }
+        let Some(pool) = self.0.as_ref().filter(|_| parts.len() > 1) else {
+            return parts.map(work).collect();
+        };
+        // Whoever is free takes the next part. The caller begins at once, so that a thread which sleeps too
+        // long costs nothing.
+        let queue = Mutex::new(parts.enumerate());
+        let take = || {
+            let mut queue = queue.lock().unwrap_or_else(PoisonError::into_inner);
+            queue.next()
+        };
+        let toil = || core::iter::from_fn(take).map(|(i, part)| (i, work(part)));
+        let mut done: Vec<(usize, T)> = Vec::new();
+        let helped = pool.scope(|scope| {
+            for _ in 0..pool.thread_num() {
+                scope.spawn(async { toil().collect::<Vec<_>>() });
+            }
+            done.extend(toil());
+        });
+        done.extend(helped.into_iter().flatten());
+        done.sort_unstable_by_key(|(i, _)| *i);
+        done.into_iter().map(|(_, result)| result).collect()
     }
 }
 

@@ -202,55 +202,50 @@ fn find_gaps(
     let constants = &recipe.constants.ridges;
     let excess = mesh.vertex_count() as f64 / f64::from(recipe.sub_plates) - 1.0;
     let base = constants.gap * (1.0 + constants.feedback * excess).clamp(0.8, 1.5);
-    let mut triangles: Vec<u32> = boundaries
-        .fronts
-        .iter()
-        .flat_map(|front| [2 * front.edge, 2 * front.edge + 1])
-        .map(|h| h.min(mesh.next(h)).min(mesh.prev(h)))
-        .collect();
-    triangles.sort_unstable();
-    triangles.dedup();
-    // Hardly any is wide enough.
-    let size = |h: u32| {
-        let corners = mesh.triangle_vertices(h);
-        let area = corners.iter().map(|&v| area[v as usize].0).sum::<f64>() / 3.0;
-        (mesh.circumradius(h) * recipe.radius_km, area.sqrt())
-    };
-    let wide = workers.run(triangles.chunks(FEW), |part| {
-        let sized = part.iter().map(|&h| (h, size(h)));
-        sized
-            .filter(|(_, (radius, spacing))| *radius > base * spacing)
-            .collect::<Vec<_>>()
-    });
-
-    let mut gaps: Vec<Gap> = Vec::new();
-    for (h, (radius, spacing)) in wide.into_iter().flatten() {
-        let corners = mesh.triangle_vertices(h);
-
-        let (motion, strike) =
-            opening_of(mesh, recipe.radius_km, boundaries, plates, plate, corners);
-        let factor = if motion.opening <= 0.0 {
-            constants.closing_factor
-        } else if motion.is_near_transform(constants.transform_share) {
-            constants.transform_factor
-        } else {
-            1.0
-        };
-        let site = mesh.circumcentre(h);
-        let crowded = || {
-            let apart = constants.apart * spacing / recipe.radius_km;
-            gaps.iter()
-                .any(|gap| gap.site.distance_squared(site) < apart * apart)
-        };
-        if radius <= base * factor * spacing || crowded() {
-            continue;
+    let wide = workers.run(boundaries.fronts.chunks(FEW), |fronts| {
+        let mut wide: Vec<(f64, Gap)> = Vec::new();
+        for h in fronts.iter().flat_map(|f| [2 * f.edge, 2 * f.edge + 1]) {
+            let h = h.min(mesh.next(h)).min(mesh.prev(h));
+            let corners = mesh.triangle_vertices(h);
+            let around = corners.iter().map(|&v| area[v as usize].0).sum::<f64>();
+            let (radius, spacing) = (
+                mesh.circumradius(h) * recipe.radius_km,
+                (around / 3.0).sqrt(),
+            );
+            // Hardly any is wide enough.
+            if radius <= base * spacing {
+                continue;
+            }
+            let (motion, strike) =
+                opening_of(mesh, recipe.radius_km, boundaries, plates, plate, corners);
+            let factor = if motion.opening <= 0.0 {
+                constants.closing_factor
+            } else if motion.is_near_transform(constants.transform_share) {
+                constants.transform_factor
+            } else {
+                1.0
+            };
+            if radius > base * factor * spacing {
+                let site = mesh.circumcentre(h);
+                let apart = constants.apart * spacing / recipe.radius_km;
+                let gap = Gap {
+                    site,
+                    corners,
+                    motion,
+                    strike,
+                };
+                wide.push((apart, gap));
+            }
         }
-        gaps.push(Gap {
-            site,
-            corners,
-            motion,
-            strike,
-        });
+        wide
+    });
+    // A triangle is met once for each of its fronts, and neighbours ask for the same place.
+    let mut gaps: Vec<Gap> = Vec::new();
+    for (apart, gap) in wide.into_iter().flatten() {
+        let is_near = |other: &Gap| other.site.distance_squared(gap.site) < apart * apart;
+        if !gaps.iter().any(is_near) {
+            gaps.push(gap);
+        }
     }
     gaps
 }

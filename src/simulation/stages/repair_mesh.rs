@@ -33,16 +33,13 @@ pub(in crate::simulation) fn repair_mesh(
     };
     // What neither lies at a front nor bends has turned as one body and is Delaunay still, but for the
     // rounding of thousands of steps: all edges are looked at now and then.
-    let mut restless = core::mem::take(&mut unsettled.0);
-    restless.extend(
-        (0..deviation.len() as u32).filter(|&v| deviation[v as usize].0 != glam::Vec3::ZERO),
-    );
-    restless.sort_unstable();
-    restless.dedup();
-    let mut is_restless = vec![false; deviation.len()];
-    for &v in &restless {
+    let bends = |deviation: &Deviation| deviation.0 != glam::Vec3::ZERO;
+    let mut is_restless: Vec<bool> = deviation.iter().map(bends).collect();
+    for v in unsettled.0.drain(..) {
         is_restless[v as usize] = true;
     }
+    let all = 0..is_restless.len() as u32;
+    let restless: Vec<u32> = all.filter(|&v| is_restless[v as usize]).collect();
     let found = workers.map(restless.len(), |part| {
         mesh.faults_around(&restless[part], |v| is_restless[v as usize], FLATTEST)
     });

@@ -194,8 +194,6 @@ pub(in crate::simulation) fn close_ranks(
         .rev()
         .filter(|&v| mesh.is_detached(v))
         .collect();
-    unsettled.0.sort_unstable();
-    unsettled.0.dedup();
     unsettled.0.retain(|&v| !mesh.is_detached(v));
     splits.suspected |= (splits.cuts.iter().flatten()).any(|&v| mesh.is_detached(v));
     // First number of what has been given another one, by its present number.
@@ -439,6 +437,8 @@ impl Judge<'_> {
 
 /// Crushed crust that a cell takes, as a share of the mean, beyond which it is part of the mountain belt.
 const TAKES_MUCH: f64 = 0.2;
+/// By how much each circle that crushed crust spreads over is wider than the one before.
+const WIDER: f64 = 1.6;
 
 /// Hands a volume of continental crust to the continent around a vertex, more where there is room;
 /// what fits nowhere is pushed onto the nearest sea floor. Returns the cells that took most.
@@ -454,7 +454,7 @@ pub(in crate::simulation) fn spread_volume(
     let origin = mesh.site(from);
     let mut left = volume;
     let mut raised = Vec::new();
-    // Rock per area, in km, were it spread evenly over the first circle.
+    // Rock per area, in km, were it spread evenly over the first circle that takes any.
     let mut mean = None;
     let mut reach = constants.spread.max(SPREAD_SPACINGS * recipe.spacing_km());
     for _ in 0..3 {
@@ -474,6 +474,10 @@ pub(in crate::simulation) fn spread_volume(
             let weight = fade * fade * room.min(constants.room) * ground.area[v].0;
             takers.push((v, weight, room * ground.area[v].0));
             capacity += room * ground.area[v].0;
+        }
+        if takers.is_empty() {
+            reach *= WIDER;
+            continue;
         }
         let whole: f64 = takers.iter().map(|taker| taker.1).sum();
         let ground_of = |taker: &(usize, f64, f64)| ground.area[taker.0].0;
@@ -495,7 +499,7 @@ pub(in crate::simulation) fn spread_volume(
         if left <= 1e-9 * volume {
             break;
         }
-        reach *= 1.6;
+        reach *= WIDER;
     }
     if left > 0.0 {
         obduct(recipe, mesh, ground, ledger, from, left);

@@ -53,6 +53,7 @@ pub(in crate::simulation) fn classify_boundaries(
     contacts.carry_rifts(&plates, clock.step_my);
     remember_contacts(&fronts, &clock, &recipe, &mut contacts);
     polarity::settle(
+        &workers,
         mesh,
         &mut fronts,
         crust,

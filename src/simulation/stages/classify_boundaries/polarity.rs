@@ -10,6 +10,7 @@ use super::super::super::{
     recipe::Recipe,
     sub_plate::{Created, Crust, PlateId, Slab},
     topology::EdgeState,
+    workers::{FEW, Workers},
 };
 use crate::mesh::SphereMesh;
 use std::collections::BTreeMap;
@@ -32,6 +33,7 @@ struct Stretch {
 /// Sets the sinking end of every front that closes on sea floor. Sea floor goes under continents; between
 /// floor and floor the stretch decides, and a slab that hung on the wrong side breaks off.
 pub(super) fn settle(
+    workers: &Workers,
     mesh: &SphereMesh<EdgeState>,
     fronts: &mut [Front],
     crust: &[Crust],
@@ -40,7 +42,7 @@ pub(super) fn settle(
     recipe: &Recipe,
     contacts: &mut Contacts,
 ) {
-    let stretch_of = stretches(mesh, fronts);
+    let stretch_of = stretches(workers, mesh, fronts);
     let count = stretch_of
         .iter()
         .flatten()
@@ -148,10 +150,33 @@ fn side_of(front: &Front, end: usize) -> usize {
 }
 
 /// The number of the stretch that each front belongs to; none where continents meet.
-fn stretches(mesh: &SphereMesh<EdgeState>, fronts: &[Front]) -> Vec<Option<usize>> {
-    let mut stretch_of: Vec<Option<usize>> = vec![None; fronts.len()];
+fn stretches(
+    workers: &Workers,
+    mesh: &SphereMesh<EdgeState>,
+    fronts: &[Front],
+) -> Vec<Option<usize>> {
     // Searched four times a front: side by side they fit the caches.
     let edges: Vec<u32> = fronts.iter().map(|front| front.edge).collect();
+    // The front leaves a triangle through another of its edges.
+    let follow = |at: usize| {
+        let front = &fronts[at];
+        let pair = |front: &Front| Contacts::key(front.plates[0], front.plates[1]);
+        let [h, k] = [2 * front.edge, 2 * front.edge + 1];
+        [mesh.next(h), mesh.prev(h), mesh.next(k), mesh.prev(k)].map(|h| {
+            let next = find_near(&edges, at, h / 2)?;
+            let other = &fronts[next];
+            (!other.continental && pair(other) == pair(front)).then_some(next as u32)
+        })
+    };
+    let parts = (0..fronts.len()).step_by(FEW);
+    let followers: Vec<[Option<u32>; 4]> = workers
+        .run(parts, |from| {
+            let part = from..fronts.len().min(from + FEW);
+            part.map(follow).collect::<Vec<_>>()
+        })
+        .concat();
+
+    let mut stretch_of: Vec<Option<usize>> = vec![None; fronts.len()];
     let mut count = 0;
     let mut chain = Vec::new();
     for first in 0..fronts.len() {
@@ -161,22 +186,14 @@ fn stretches(mesh: &SphereMesh<EdgeState>, fronts: &[Front]) -> Vec<Option<usize
         stretch_of[first] = Some(count);
         chain.push(first);
         while let Some(at) = chain.pop() {
-            let front = &fronts[at];
-            let pair = Contacts::key(front.plates[0], front.plates[1]);
-            // The front leaves a triangle through another of its edges.
-            for h in [2 * front.edge, 2 * front.edge + 1] {
-                for edge in [mesh.next(h) / 2, mesh.prev(h) / 2] {
-                    let Some(next) = find_near(&edges, at, edge) else {
-                        continue;
-                    };
-                    let other = &fronts[next];
-                    if stretch_of[next].is_none()
-                        && !other.continental
-                        && Contacts::key(other.plates[0], other.plates[1]) == pair
-                    {
-                        stretch_of[next] = Some(count);
-                        chain.push(next);
-                    }
+            for next in followers[at]
+                .into_iter()
+                .flatten()
+                .map(|next| next as usize)
+            {
+                if stretch_of[next].is_none() {
+                    stretch_of[next] = Some(count);
+                    chain.push(next);
                 }
             }
         }
@@ -254,6 +271,7 @@ mod tests {
     impl World {
         fn settle(&mut self) {
             settle(
+                &Workers::default(),
                 &self.mesh,
                 &mut self.fronts,
                 &self.crust,
