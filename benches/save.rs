@@ -5,7 +5,7 @@
 //! ```
 //!
 //! Grows planets of so many sub-plates for `--after` My (by default 500) on two threads, then saves and loads
-//! them eight times over the 96 steps between two sortings of their rows, as saves grow from one to the next.
+//! them eight times over the 32 steps between two sortings of their rows, as saves grow from one to the next.
 
 use bevy_tectonics::{prelude::*, save};
 use clap::Parser;

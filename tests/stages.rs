@@ -14,7 +14,7 @@ use bevy_tectonics::simulation::{
 };
 use glam::{DQuat, DVec3};
 use scenario::*;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 /// Radius of Earth in km.
 const RADIUS: f64 = 6371.0;
@@ -103,24 +103,27 @@ fn plates_that_turn_together_turn_as_one_body() {
     let mut history = History::with_plugins(recipe(1_000), steady()).unwrap();
     arrange(&mut history, [turn; 2], |_, _| SEA_FLOOR);
     history.step().unwrap();
-    let places = |history: &mut History| -> BTreeMap<Entity, (DVec3, DVec3)> {
-        let world = history.world_mut();
-        let mut rows = world.query_filtered::<(Entity, &Position, &Velocity), With<SubPlate>>();
-        rows.iter(world)
-            .map(|(entity, position, velocity)| {
-                (entity, (position.0.as_dvec3(), velocity.0.as_dvec3()))
-            })
-            .collect()
-    };
-    let (before, began) = (places(&mut history), history.time_my());
+    /// Where a sub-plate was at first. Rides on it, however rows are sorted.
+    #[derive(Component)]
+    struct Start(DVec3);
+    let began = history.time_my();
+    let world = history.world_mut();
+    let mut all = world.query_filtered::<(Entity, &Position), With<SubPlate>>();
+    let starts: Vec<(Entity, Start)> = all
+        .iter(world)
+        .map(|(entity, position)| (entity, Start(position.0.as_dvec3())))
+        .collect();
+    let count = starts.len();
+    world.insert_batch(starts);
     run(&mut history, 40.0);
-    let after = places(&mut history);
     let angle = turn.length() * (history.time_my() - began);
     let rotation = DQuat::from_axis_angle(turn.normalize(), angle);
-    assert!(before.keys().eq(after.keys()), "sub-plates came or went");
-    for (entity, (start, _)) in before {
-        let (place, velocity) = after[&entity];
-        assert!((place - rotation * start).length() < 1e-5, "{entity}");
+    let world = history.world_mut();
+    let mut all = world.query_filtered::<(&Start, &Position, &Velocity), With<SubPlate>>();
+    assert_eq!(all.iter(world).count(), count, "sub-plates came or went");
+    for (start, position, velocity) in all.iter(world) {
+        let (place, velocity) = (position.0.as_dvec3(), velocity.0.as_dvec3());
+        assert!((place - rotation * start.0).length() < 1e-5, "{place}");
         assert!((velocity - turn.cross(place) * RADIUS).length() < 1e-2);
     }
     let ledger = history.ledger();
@@ -151,28 +154,29 @@ fn as_much_crust_is_made_and_consumed_as_geometry_asks_for() {
 
 #[test]
 fn the_older_sea_floor_goes_under() {
+    /// Floor that was there at first, and its plate then; no plate's what is born.
+    #[derive(Component, Default)]
+    struct Old(PlateId);
+    fn remember(app: &mut App) {
+        app.register_required_components::<SubPlate, Old>();
+    }
     for older in [SOUTH, NORTH] {
-        let mut history = History::with_plugins(recipe(2_500), steady()).unwrap();
+        let plugins = steady().add(remember);
+        let mut history = History::with_plugins(recipe(2_500), plugins).unwrap();
         arrange(&mut history, closing(), |plate, _| Ground {
             created_my: if plate == older { -120.0 } else { -30.0 },
             ..SEA_FLOOR
         });
-        let members = |history: &mut History| -> BTreeMap<Entity, PlateId> {
-            let world = history.world_mut();
-            let mut rows = world.query_filtered::<(Entity, &PlateId), With<SubPlate>>();
-            rows.iter(world)
-                .map(|(entity, plate)| (entity, *plate))
-                .collect()
-        };
-        let before = members(&mut history);
-        run(&mut history, 30.0);
-        let left: BTreeSet<Entity> = members(&mut history).into_keys().collect();
+        let world = history.world_mut();
         let mut lost: BTreeMap<PlateId, f64> = BTreeMap::new();
-        for (_, plate) in before
-            .into_iter()
-            .filter(|(entity, _)| !left.contains(entity))
-        {
+        for (mut old, &plate) in world.query::<(&mut Old, &PlateId)>().iter_mut(world) {
+            old.0 = plate;
             *lost.entry(plate).or_default() += 1.0;
+        }
+        run(&mut history, 30.0);
+        let world = history.world_mut();
+        for Old(plate) in world.query::<&Old>().iter(world) {
+            lost.entry(*plate).and_modify(|lost| *lost -= 1.0);
         }
         let share = lost[&older] / lost.values().sum::<f64>();
         assert!(
