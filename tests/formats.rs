@@ -4,13 +4,12 @@
 
 use bevy::app::PluginGroup;
 use bevy::math::{DMat3, DQuat, DVec3};
-use bevy::prelude::{Entity, With};
+use bevy::prelude::{App, Component};
 use bevy_tectonics::export::*;
 use bevy_tectonics::import;
 use bevy_tectonics::prelude::*;
 use bevy_tectonics::simulation::{
-    Deviation, ImageStart, PlateId, Position, RotationHistory, RotationHistoryPlugin, Start,
-    SubPlate,
+    ImageStart, PlateId, Position, RotationHistory, RotationHistoryPlugin, Start, SubPlate,
 };
 use bevy_tectonics::surface::{Raster, Relief, direction_of, east_north, lat_lon};
 use core::ops::ControlFlow;
@@ -337,18 +336,23 @@ fn boundaries_are_told_once_with_their_kinds() {
 
 #[test]
 fn rotations_lead_sub_plates_back_to_where_they_were() {
+    /// Where a sub-plate was, if it was there.
+    #[derive(Component, Default)]
+    struct Then(Option<DVec3>);
+    fn remember(app: &mut App) {
+        app.register_required_components::<SubPlate, Then>();
+    }
     let plugins = SimulationPlugins
         .build()
-        .add(RotationHistoryPlugin { interval_my: 2.0 });
+        .add(RotationHistoryPlugin { interval_my: 2.0 })
+        .add(remember);
     let mut history = History::with_plugins(recipe(), plugins).unwrap();
     history
         .run_until(4.0, |_| ControlFlow::Continue(()))
         .unwrap();
-    let mut then = BTreeMap::<Entity, DVec3>::new();
     let world = history.world_mut();
-    let mut query = world.query_filtered::<(Entity, &Position), With<SubPlate>>();
-    for (entity, position) in query.iter(world) {
-        then.insert(entity, position.0.as_dvec3());
+    for (mut then, position) in world.query::<(&mut Then, &Position)>().iter_mut(world) {
+        then.0 = Some(position.0.as_dvec3());
     }
     history
         .run_until(12.0, |_| ControlFlow::Continue(()))
@@ -367,9 +371,9 @@ fn rotations_lead_sub_plates_back_to_where_they_were() {
         }
     }
     let (mut near, mut all) = (0, 0);
-    let mut query = world.query::<(Entity, &Position, &PlateId, &Deviation)>();
-    for (entity, position, plate, _) in query.iter(world) {
-        let (Some(&place), Some(&(age, rotation))) = (then.get(&entity), back.get(&plate.0)) else {
+    let mut query = world.query::<(&Then, &Position, &PlateId)>();
+    for (then, position, plate) in query.iter(world) {
+        let (Some(place), Some(&(age, rotation))) = (then.0, back.get(&plate.0)) else {
             continue;
         };
         if (age - 8.0).abs() > 1e-9 {
