@@ -25,6 +25,7 @@ use super::{
 };
 use crate::mesh::SphereMesh;
 use bevy::prelude::*;
+use core::cmp::Reverse;
 use glam::{DVec3, Vec3};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -123,7 +124,10 @@ pub(in crate::simulation) fn bend_margins(
         deviation,
         time: time_my,
     };
-    let margins = workers.run(seeds.into_iter().collect::<Vec<_>>().into_iter(), |seeds| {
+    // Large ones first: no thread is left with one at the end.
+    let mut seeds: Vec<_> = seeds.into_iter().collect();
+    seeds.sort_by_key(|(_, (_, moving))| Reverse(moving.len()));
+    let margins = workers.run(seeds.into_iter(), |seeds| {
         let (plate, (pushes, moving)) = seeds;
         Margin::around(&before, &places, plate, pushes, &moving)
     });
