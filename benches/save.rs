@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         history.run_until(flags.after, |_| ControlFlow::Continue(()))?;
         let (mut sizes, mut saving, mut loading) = (Vec::new(), Vec::new(), Vec::new());
         for _ in 0..8 {
-            for _ in 0..12 {
+            for _ in 0..4 {
                 history.step()?;
             }
             let start = Instant::now();

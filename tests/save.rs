@@ -163,7 +163,7 @@ fn a_sub_plate_takes_forty_bytes() {
     let mut history = History::with_threads(recipe, 2).unwrap();
     let going_on = |_: &Progress| core::ops::ControlFlow::Continue(());
     history.run_until(500.0, going_on).unwrap();
-    while history.steps() % 96 != 95 {
+    while history.steps() % 32 != 31 {
         history.step().unwrap();
     }
     let bytes = save::to_bytes(&mut history).unwrap();

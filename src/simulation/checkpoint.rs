@@ -46,7 +46,6 @@ pub(crate) struct Record {
     pub hot_spots: Vec<HotSpot>,
     pub events: Vec<EventRecord>,
     pub splits: Splits,
-    pub sorted: bool,
     pub statistics: StatisticsHistory,
 }
 
@@ -166,7 +165,6 @@ impl Checkpoint {
             hot_spots,
             events: world.resource::<EventLog>().0.clone(),
             splits: world.resource::<Splits>().clone(),
-            sorted: world.resource::<SortedTable>().0,
             statistics: world
                 .get_resource::<StatisticsHistory>()
                 .cloned()
@@ -191,8 +189,6 @@ impl Checkpoint {
             }
         }
         world.spawn_batch(record.hot_spots);
-        // No hook moves them: they are born where they belong.
-        world.insert_resource(SortedTable(false));
         let sub_plates = (0..mesh.vertex_count()).map(|v| {
             (
                 SubPlate,
@@ -205,14 +201,7 @@ impl Checkpoint {
                 (rows.slab[v], rows.trench[v], rows.volcanism[v]),
             )
         });
-        if record.sorted {
-            let sub_plates: Vec<_> = sub_plates.map(|row| (Sorted, row)).collect();
-            world.spawn_batch(sub_plates);
-        } else {
-            let sub_plates: Vec<_> = sub_plates.collect();
-            world.spawn_batch(sub_plates);
-        }
-        world.insert_resource(SortedTable(record.sorted));
+        world.spawn_batch(sub_plates.collect::<Vec<_>>());
         world.insert_resource(Topology(mesh));
         world.insert_resource(record.recipe);
         world.insert_resource(record.clock);
@@ -257,7 +246,7 @@ mod tests {
     fn a_resumed_history_is_the_one_that_was_never_stopped() {
         let recipe = Recipe::earth_like(5).with_sub_plates(600);
         let mut whole = History::new(recipe).unwrap();
-        // Beyond a sorting, so that both tables of rows have been in use.
+        // Before and beyond sortings.
         for stop in [0, 1, 40, 97, 200] {
             while whole.steps() < stop {
                 whole.step().unwrap();

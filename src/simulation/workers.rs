@@ -2,8 +2,11 @@
 
 use bevy::prelude::*;
 use bevy::tasks::{TaskPool, TaskPoolBuilder};
-use core::ops::Range;
-use std::sync::{Mutex, PoisonError};
+use core::{ops::Range, panic::AssertUnwindSafe};
+use std::{
+    panic::{catch_unwind, resume_unwind},
+    sync::{Mutex, PoisonError},
+};
 
 /// Rows of one piece of parallel work. Fixed, so that no result depends on the number of threads.
 pub(super) const CHUNK: usize = 2048;
@@ -57,8 +60,10 @@ impl Workers {
             let mut queue = queue.lock().unwrap_or_else(PoisonError::into_inner);
             queue.next()
         };
-        let toil = || core::iter::from_fn(take).map(|(i, part)| (i, work(part)));
-        let mut done: Vec<(usize, T)> = Vec::new();
+        // A panic waits until nobody works on borrowed columns any more.
+        let attempt = |part| catch_unwind(AssertUnwindSafe(|| work(part)));
+        let toil = || core::iter::from_fn(take).map(|(i, part)| (i, attempt(part)));
+        let mut done = Vec::new();
         let helped = pool.scope(|scope| {
             for _ in 0..pool.thread_num() {
                 scope.spawn(async { toil().collect::<Vec<_>>() });
@@ -67,13 +72,17 @@ impl Workers {
         });
         done.extend(helped.into_iter().flatten());
         done.sort_unstable_by_key(|(i, _)| *i);
-        done.into_iter().map(|(_, result)| result).collect()
+        let results = done.into_iter().map(|(_, result)| result);
+        results
+            .map(|result| result.unwrap_or_else(|panic| resume_unwind(panic)))
+            .collect()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use core::sync::atomic::{AtomicUsize, Ordering};
 
     #[test]
     fn results_come_in_order_on_any_number_of_threads() {
@@ -82,5 +91,18 @@ mod tests {
         let three = Workers::new(3).map(100_000, sum);
         assert_eq!(one, three);
         assert_eq!(one.len(), 100_000_usize.div_ceil(CHUNK));
+    }
+
+    #[test]
+    fn the_first_panic_is_told_when_all_have_finished() {
+        let finished = AtomicUsize::new(0);
+        let work = |part: usize| {
+            assert!(!part.is_multiple_of(7) || part == 0, "part {part}");
+            finished.fetch_add(1, Ordering::Relaxed);
+        };
+        let run = || Workers::new(3).run(0..40, work);
+        let panic = catch_unwind(AssertUnwindSafe(run)).unwrap_err();
+        assert_eq!(panic.downcast_ref::<String>().unwrap(), "part 7");
+        assert_eq!(finished.into_inner(), 40 - 5);
     }
 }

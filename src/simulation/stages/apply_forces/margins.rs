@@ -126,7 +126,7 @@ pub(in crate::simulation) fn bend_margins(
     };
     // Large ones first: no thread is left with one at the end.
     let mut seeds: Vec<_> = seeds.into_iter().collect();
-    seeds.sort_by_key(|(_, (_, moving))| Reverse(moving.len()));
+    seeds.sort_by_key(|(_, (pushes, moving))| Reverse(pushes.len() + moving.len()));
     let margins = workers.run(seeds.into_iter(), |seeds| {
         let (plate, (pushes, moving)) = seeds;
         Margin::around(&before, &places, plate, pushes, &moving)
