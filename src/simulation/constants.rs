@@ -542,8 +542,8 @@ constants! {
         founder_far = 6000.0 in 200.0..=20000.0 "km",
         /// Share of foreign neighbours at which an ocean vertex or a continental tooth changes side.
         majority = 0.64 in 0.5..=1.0 "",
-        /// Enclosed seas smaller than this fill up and become basins. Earth's largest with old floor are the Gulf
-        /// of Mexico (1.6e6 km² with its shelves, half of it buried) and the eastern Mediterranean.
+        /// Enclosed seas smaller than this fill up and become basins: pockets of up to 1,100 km, which fine meshes
+        /// keep between continents. Smaller than the Gulf of Mexico (1.6e6 km² with its shelves).
         basin = 1.2e6 in 0.0..=1.0e7 "km²",
     }
 }

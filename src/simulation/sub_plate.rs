@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 /// Components of your own belong on every sub-plate from the start: register them with
 /// `world.register_required_components::<SubPlate, Mine>()` before the history begins. Rows are sorted now and
 /// then: with such a component the entity is the sub-plate for good, without one its values move to another
-/// entity, which is ten times faster, and `Added` and `Changed` do not move with them. So to know a sub-plate
+/// entity, which is some four times faster, and `Added` and `Changed` do not move with them. So to know a sub-plate
 /// again, give it a component.
 #[derive(Component, Debug, Clone, Copy, Default, Reflect)]
 #[reflect(Component, Default)]

@@ -4,7 +4,7 @@
 //! until a step waits for it most of the time. Now and then all rows are put along a Hilbert curve: values
 //! move from row to row, column by column. Where sub-plates carry components of users, entities move instead,
 //! so that everything comes along: a marker takes each to another table, in the wanted order, and the next
-//! sorting takes it away again, which moves them back. That is ten times slower; the order is the same.
+//! sorting takes it away again, which moves them back. That is some four times slower; the order is the same.
 
 use super::super::{
     clock::Clock,
