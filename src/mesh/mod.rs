@@ -30,6 +30,7 @@
 
 mod build;
 mod check;
+mod components;
 mod edit;
 mod geometry;
 mod locate;
@@ -45,6 +46,7 @@ use glam::DVec3;
 
 pub use build::BuildError;
 pub use check::MeshFault;
+pub use components::Components;
 pub use edit::EditError;
 pub use locate::Location;
 pub use order::{hilbert_key, hilbert_order, order_by_keys};

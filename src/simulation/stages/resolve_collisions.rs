@@ -16,7 +16,7 @@ use super::{
         recipe::Recipe,
         stages::{
             Splits,
-            reorganize_plates::{Carried, cut_by_flips, cut_by_removal, hand_on},
+            reorganize_plates::{Carried, cut_by_flips, leave_plate},
         },
         sub_plate::*,
         topology::{EdgeState, Topology},
@@ -131,16 +131,10 @@ pub(in crate::simulation) fn resolve_collisions(
             };
             let ring: Vec<u32> = mesh.neighbours(v).collect();
             let own = ground.plate[v as usize];
-            let heir = ring
-                .iter()
-                .copied()
-                .find(|&w| ground.plate[w as usize] == own);
             // The last sub-plate of a plate takes the plate along.
             let others = || (0..).zip(&*ground.plate).filter(|(_, id)| **id == own);
-            splits.suspected |=
-                heir.is_none() && others().all(|(w, _)| w == v || mesh.is_detached(w));
-            hand_on(cuts.iter_mut().chain(&mut splits.cuts), v, heir);
-            cuts.extend(cut_by_removal(&ring, own, ground.plate));
+            splits.suspected |= !leave_plate(&mut cuts, &mut splits.cuts, v, &ring, ground.plate)
+                && others().all(|(w, _)| w == v || mesh.is_detached(w));
             judge.bury(
                 mesh,
                 &mut ground,

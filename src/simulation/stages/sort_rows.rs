@@ -18,13 +18,9 @@ use crate::mesh::{hilbert_key, order_by_keys};
 use bevy::ecs::component::{ComponentId, Mutable};
 use bevy::prelude::*;
 
-/// Steps between two sortings. In one, fronts cross a third of a cell: in 32, ten rows of cells along every
-/// ridge are new. Three times as long costs 7 % at 500,000 sub-plates.
-const INTERVAL: u64 = 32;
-
 /// Sorts the rows of the sub-plates and the vertices of the mesh with them.
 pub(in crate::simulation) fn sort_rows(world: &mut World) {
-    if !world.resource::<Clock>().steps.is_multiple_of(INTERVAL) {
+    if !world.resource::<Clock>().is_sorting() {
         return;
     }
     let rows: Vec<Entity> = world
@@ -47,10 +43,17 @@ pub(in crate::simulation) fn sort_rows(world: &mut World) {
         world.resource_scope(|world, workers: Mut<Workers>| move_values(world, &workers, &order));
     }
     world.resource_mut::<Topology>().0.renumber(&order);
-    // What refinement cut was known by number.
+    // What was cut is known by number.
     let mut splits = world.resource_mut::<Splits>();
-    splits.suspected |= !splits.cuts.is_empty();
-    splits.cuts.clear();
+    if !splits.cuts.is_empty() {
+        let mut place = vec![0; order.len()];
+        for (&before, now) in order.iter().zip(0..) {
+            place[before as usize] = now;
+        }
+        for v in splits.cuts.as_flattened_mut() {
+            *v = place[*v as usize];
+        }
+    }
 }
 
 /// Lists what every sub-plate carries.
@@ -141,7 +144,7 @@ fn move_entities(world: &mut World, order: &[u32], rows: &[Entity]) {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{super::super::clock::SORTING, *};
     use crate::simulation::{History, Recipe, SimulationPlugins};
 
     #[derive(Component)]
@@ -150,7 +153,7 @@ mod tests {
     fn before_a_sorting() -> History {
         let recipe = Recipe::earth_like(1).with_sub_plates(1000);
         let mut history = History::new(recipe).unwrap();
-        while history.steps() < INTERVAL - 1 {
+        while history.steps() < SORTING - 1 {
             history.step().unwrap();
         }
         history
@@ -158,7 +161,7 @@ mod tests {
 
     fn sort_now(history: &mut History) {
         let world = history.world_mut();
-        world.resource_mut::<Clock>().steps = INTERVAL;
+        world.resource_mut::<Clock>().steps = SORTING;
         sort_rows(world);
         assert!(world.resource::<Topology>().0.spatial_order().is_sorted());
     }
@@ -248,7 +251,7 @@ mod tests {
         let mut history = History::with_plugins(recipe.clone(), plugins).unwrap();
         let mut plain = History::new(recipe).unwrap();
         let mut marked = Vec::new();
-        while history.steps() < 2 * INTERVAL + 10 {
+        while history.steps() < 2 * SORTING + 10 {
             history.step().unwrap();
             history.check().unwrap();
             marked.push(history.world().resource::<SortedTable>().0);

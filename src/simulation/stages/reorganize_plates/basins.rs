@@ -10,7 +10,7 @@ use super::super::super::{
     sub_plate::*,
     topology::{EdgeState, Topology},
 };
-use crate::mesh::SphereMesh;
+use crate::mesh::{Components, NONE, SphereMesh};
 use bevy::prelude::*;
 
 /// Speed of each shore of an enclosed sea, in km/My: a basin 1,000 km across is full within 100 My. No
@@ -51,96 +51,106 @@ pub(in crate::simulation) fn fill_basins(
     let thickness = thickness.bypass_change_detection();
     let created = created.bypass_change_detection();
 
-    for members in seas(&recipe, mesh, crust) {
-        let size: f64 = members.iter().map(|&v| area[v as usize].0).sum();
-        if size >= recipe.constants.plates.basin {
+    let seas = seas(&recipe, mesh, crust);
+    let mut size = vec![0.0; seas.count];
+    let mut youngest = vec![f32::MIN; seas.count];
+    for v in seas.floor() {
+        let sea = seas.of[v] as usize;
+        size[sea] += area[v].0;
+        youngest[sea] = youngest[sea].max(created[v].0);
+    }
+    let fills = |sea: usize| {
+        size[sea] < recipe.constants.plates.basin
+            && clock.time_my - f64::from(youngest[sea]) >= YOUNG
+    };
+    let is_rim = |v: usize| {
+        let mut around = mesh.neighbours(v as u32);
+        around.any(|w| seas.of[w as usize] == NONE)
+    };
+    for v in seas.floor() {
+        if !fills(seas.of[v] as usize) || !is_rim(v) {
             continue;
         }
-        let youngest = members.iter().map(|&v| created[v as usize].0);
-        let youngest = f64::from(youngest.fold(f32::MIN, f32::max));
-        if clock.time_my - youngest < YOUNG {
-            continue;
-        }
-        let rim: Vec<u32> = members
-            .into_iter()
-            .filter(|&v| {
-                mesh.neighbours(v)
-                    .any(|w| crust[w as usize].is_continental())
-            })
-            .collect();
-        for v in rim.into_iter().map(|v| v as usize) {
-            thickness[v].0 += rate * time;
-            if thickness[v].0 >= full {
-                crust[v] = Crust::Continental;
-                created[v].0 = clock.time_my as f32;
-                ledger.filled_seas_km3 += thickness[v].0 * area[v].0;
-            }
+        thickness[v].0 += rate * time;
+        if thickness[v].0 >= full {
+            crust[v] = Crust::Continental;
+            created[v].0 = clock.time_my as f32;
+            ledger.filled_seas_km3 += thickness[v].0 * area[v].0;
         }
     }
     Ok(())
 }
 
-/// Sea floor by seas. What only a strait joins is two of them: coarse meshes have no straits.
-fn seas(recipe: &Recipe, mesh: &SphereMesh<EdgeState>, crust: &[Crust]) -> Vec<Vec<u32>> {
-    let land = |v: u32| crust[v as usize].is_continental();
-    let all = || 0..crust.len() as u32;
-    let shores: Vec<(u32, f64)> = all()
-        .filter(|&v| land(v) && mesh.neighbours(v).any(|w| !land(w)))
-        .map(|v| (v, 0.0))
-        .collect();
-    let mut open: Vec<bool> = all().map(|v| !land(v)).collect();
-    for (v, ..) in reach(mesh, recipe.radius_km, &shores, HALF_STRAIT, |v| !land(v)).found {
+/// Sea floor by seas.
+struct Seas {
+    /// Sea of each sub-plate, [`NONE`] on land.
+    of: Vec<u32>,
+    count: usize,
+}
+
+impl Seas {
+    fn floor(&self) -> impl Iterator<Item = usize> {
+        (0..self.of.len()).filter(|&v| self.of[v] != NONE)
+    }
+}
+
+/// Seas by what joins them. What only a strait joins is two of them: coarse meshes have no straits.
+fn seas(recipe: &Recipe, mesh: &SphereMesh<EdgeState>, crust: &[Crust]) -> Seas {
+    let land: Vec<bool> = crust.iter().map(|crust| crust.is_continental()).collect();
+    let shores = rims(mesh, |v| land[v as usize], |v| !land[v as usize]);
+    let mut open: Vec<bool> = land.iter().map(|land| !land).collect();
+    let is_water = |v: u32| !land[v as usize];
+    for (v, ..) in reach(mesh, recipe.radius_km, &shores, HALF_STRAIT, is_water).found {
         open[v as usize] = false;
     }
-    let mut seas: Vec<Vec<u32>> = Vec::new();
-    let mut is_seen: Vec<bool> = all().map(land).collect();
     // Open water first; then, from its shores, bays and straits; last what is narrow everywhere.
-    for first in all().filter(|&v| open[v as usize]) {
-        seas.extend(connected(mesh, first, &mut is_seen, |v| open[v as usize]));
+    let mut seas = Seas {
+        of: vec![NONE; land.len()],
+        count: 0,
+    };
+    seas.add(mesh, |v| open[v as usize]);
+    let narrow = |v: u32| !land[v as usize] && !open[v as usize];
+    let shores = rims(mesh, |v| open[v as usize], narrow);
+    for (v, _, source) in reach(mesh, recipe.radius_km, &shores, BAY, narrow).found {
+        seas.of[v as usize] = seas.of[shores[source as usize].0 as usize];
     }
-    let mut sources: Vec<(u32, f64)> = Vec::new();
-    let mut sea_of: Vec<usize> = Vec::new();
-    for (sea, members) in seas.iter().enumerate() {
-        let shores = members.iter().copied();
-        for v in shores.filter(|&v| mesh.neighbours(v).any(|w| !is_seen[w as usize])) {
-            sources.push((v, 0.0));
-            sea_of.push(sea);
-        }
-    }
-    let narrow = |v: u32| !land(v) && !open[v as usize];
-    let reached = reach(mesh, recipe.radius_km, &sources, BAY, narrow);
-    for (v, _, source) in reached.found {
-        if !core::mem::replace(&mut is_seen[v as usize], true) {
-            seas[sea_of[source as usize]].push(v);
-        }
-    }
-    for first in all() {
-        seas.extend(connected(mesh, first, &mut is_seen, |_| true));
-    }
+    let rest: Vec<bool> = (land.iter().zip(&seas.of))
+        .map(|(land, &sea)| !land && sea == NONE)
+        .collect();
+    seas.add(mesh, |v| rest[v as usize]);
     seas
 }
 
-/// All that hangs together with a vertex and was not seen before, if that was not either.
-fn connected(
-    mesh: &SphereMesh<EdgeState>,
-    first: u32,
-    is_seen: &mut [bool],
-    belongs: impl Fn(u32) -> bool,
-) -> Option<Vec<u32>> {
-    if core::mem::replace(&mut is_seen[first as usize], true) {
-        return None;
-    }
-    let mut members = vec![first];
-    let mut next = 0;
-    while let Some(&v) = members.get(next) {
-        next += 1;
-        for w in mesh.neighbours(v) {
-            if belongs(w) && !core::mem::replace(&mut is_seen[w as usize], true) {
-                members.push(w);
+impl Seas {
+    /// Makes each connected part of what `belongs` a sea.
+    fn add(&mut self, mesh: &SphereMesh<EdgeState>, belongs: impl Fn(u32) -> bool) {
+        let Components { of, first } = mesh.components(|a, b| belongs(a) && belongs(b));
+        let mut numbers = vec![NONE; first.len()];
+        for (number, _) in numbers.iter_mut().zip(&first).filter(|(_, v)| belongs(**v)) {
+            *number = self.count as u32;
+            self.count += 1;
+        }
+        for (sea, part) in self.of.iter_mut().zip(of) {
+            if numbers[part as usize] != NONE {
+                *sea = numbers[part as usize];
             }
         }
     }
-    Some(members)
+}
+
+/// Sources at what is `inside` with something `outside` beside it.
+fn rims(
+    mesh: &SphereMesh<EdgeState>,
+    inside: impl Fn(u32) -> bool,
+    outside: impl Fn(u32) -> bool,
+) -> Vec<(u32, f64)> {
+    let mut is_rim = vec![false; mesh.vertex_count()];
+    for (a, b) in mesh.edges().map(|e| mesh.endpoints(e)) {
+        is_rim[a as usize] |= inside(a) && outside(b);
+        is_rim[b as usize] |= inside(b) && outside(a);
+    }
+    let rims = (0..).zip(is_rim).filter(|(_, is_rim)| *is_rim);
+    rims.map(|(v, _)| (v, 0.0)).collect()
 }
 
 #[cfg(test)]
@@ -171,11 +181,12 @@ mod tests {
                 })
                 .collect();
             let seas = seas(&recipe, &mesh, &crust);
-            let mut all: Vec<u32> = seas.iter().flatten().copied().collect();
-            all.sort_unstable();
-            let floor = (0..80_000).filter(|&v| !crust[v as usize].is_continental());
-            assert!(all.into_iter().eq(floor), "every cell once");
-            let mut sizes: Vec<usize> = seas.iter().map(Vec::len).collect();
+            let floor = (0..80_000).filter(|&v| !crust[v].is_continental());
+            assert!(seas.floor().eq(floor), "every cell once");
+            let mut sizes = vec![0; seas.count];
+            for v in seas.floor() {
+                sizes[seas.of[v] as usize] += 1_usize;
+            }
             sizes.sort_unstable();
             sizes
         };

@@ -4,6 +4,7 @@
 use super::{
     super::super::{
         boundaries::Front, recipe::Recipe, streams, sub_plate::PlateId, topology::EdgeState,
+        workers::Workers,
     },
     Outline,
 };
@@ -45,6 +46,7 @@ impl Cut {
     /// A cut into two to four cells of random places.
     pub fn draw(
         mesh: &SphereMesh<EdgeState>,
+        workers: &Workers,
         rng: &mut ChaCha8Rng,
         members: &[usize],
         places: &[usize],
@@ -73,8 +75,11 @@ impl Cut {
             stops_km: f64::INFINITY,
             cells,
         };
-        for &v in members {
-            let piece = cut.piece_at(mesh.site(v as u32));
+        let pieces = workers.map(members.len(), |range| {
+            let sites = members[range].iter().map(|&v| mesh.site(v as u32));
+            sites.map(|site| cut.piece_at(site)).collect::<Vec<_>>()
+        });
+        for (&v, piece) in members.iter().zip(pieces.into_iter().flatten()) {
             cut.pieces[piece].push(v);
         }
         cut
@@ -225,7 +230,7 @@ mod tests {
         let mut counts = [0; 5];
         for number in 0..60 {
             let mut rng = streams::stream(3, Purpose::Rift, 0, number);
-            let mut cut = Cut::draw(&mesh, &mut rng, &members, &members);
+            let mut cut = Cut::draw(&mesh, &Workers::default(), &mut rng, &members, &members);
             cut.aim(&mesh, &recipe, &mut rng);
             counts[cut.pieces.len()] += 1;
             let mut all: Vec<usize> = cut.pieces.concat();
@@ -261,7 +266,13 @@ mod tests {
         let crust = vec![Crust::Oceanic; 2000];
         for pull in [1000.0, -1000.0] {
             let mut rng = streams::stream(3, Purpose::Rift, 0, 0);
-            let mut cut = Cut::draw(&mesh, &mut rng, &[], &[a as usize, b as usize]);
+            let mut cut = Cut::draw(
+                &mesh,
+                &Workers::default(),
+                &mut rng,
+                &[],
+                &[a as usize, b as usize],
+            );
             cut.cells.truncate(2);
             for (i, cell) in cut.cells.iter_mut().enumerate() {
                 cell.centre = sites[i];

@@ -13,6 +13,7 @@ use super::{
         streams::{self, Purpose},
         sub_plate::{Created, Crust, MaterialArea, PlateId, Slab, SubPlate},
         topology::{EdgeState, Topology},
+        workers::Workers,
     },
     Outline, Splits,
 };
@@ -43,6 +44,7 @@ pub(in crate::simulation) fn founder(
     clock: Res<Clock>,
     mantle: Res<Mantle>,
     topology: Res<Topology>,
+    workers: Res<Workers>,
     mut contacts: ResMut<Contacts>,
     mut next: ResMut<NextPlateId>,
     mut splits: ResMut<Splits>,
@@ -68,28 +70,28 @@ pub(in crate::simulation) fn founder(
         age(v) * (1.0 + constants.founder_pressed * cold)
     };
 
-    let mut candidates: Vec<(f64, usize)> = Vec::new();
-    let mut old_area = 0.0;
-    for v in 0..plate.len() {
-        if crust[v].is_continental() || ripeness(v) < constants.founder_age {
-            continue;
+    let score = |v: usize| {
+        if crust[v].is_continental() {
+            return None;
         }
-        old_area += area[v].0;
-        let mut score = ripeness(v);
-        for w in mesh.neighbours(v as u32) {
-            if plate[w as usize] != plate[v] {
+        let ripeness = ripeness(v);
+        let around = || mesh.neighbours(v as u32).map(|w| w as usize);
+        (ripeness >= constants.founder_age).then(|| {
+            let mut score = ripeness;
+            if around().any(|w| plate[w] != plate[v]) {
                 score -= BOUNDARY_MALUS;
-                break;
             }
-        }
-        if mesh
-            .neighbours(v as u32)
-            .any(|w| crust[w as usize].is_continental())
-        {
-            score += MARGIN_BONUS;
-        }
-        candidates.push((score, v));
-    }
+            if around().any(|w| crust[w].is_continental()) {
+                score += MARGIN_BONUS;
+            }
+            (score, v)
+        })
+    };
+    let candidates = workers.map(plate.len(), |rows| {
+        rows.filter_map(score).collect::<Vec<(f64, usize)>>()
+    });
+    let mut candidates = candidates.concat();
+    let old_area: f64 = candidates.iter().map(|&(_, v)| area[v].0).sum();
     // Much old floor, or a little that is very old.
     let oldest = candidates
         .iter()

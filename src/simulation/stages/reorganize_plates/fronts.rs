@@ -11,10 +11,11 @@ use super::{
             recipe::Recipe,
             sub_plate::*,
             topology::{EdgeState, Topology},
+            workers::Workers,
         },
         resolve_collisions::{Ground, spread_volume},
     },
-    Splits,
+    Carried, Splits, leave_plate,
 };
 use crate::mesh::SphereMesh;
 use bevy::prelude::*;
@@ -37,6 +38,7 @@ pub(in crate::simulation) fn smooth_fronts(
     recipe: Res<Recipe>,
     clock: Res<Clock>,
     topology: Res<Topology>,
+    workers: Res<Workers>,
     mut ledger: ResMut<Ledger>,
     mut splits: ResMut<Splits>,
     mut sub_plates: Query<FrontColumns, With<SubPlate>>,
@@ -67,12 +69,21 @@ pub(in crate::simulation) fn smooth_fronts(
         marks: Marks::default(),
     };
     let majority = recipe.constants.plates.majority;
-    for v in 0..ground.plate.len() {
+    let mut cuts: Vec<[u32; 2]> = Vec::new();
+    // Nearly all lie inside a plate.
+    let fronts = workers.map(ground.plate.len(), |range| {
+        let is_front = |v: &u32| {
+            let mut around = mesh.neighbours(*v);
+            around.any(|w| ground.plate[w as usize] != ground.plate[*v as usize])
+        };
+        let rows = range.start as u32..range.end as u32;
+        rows.filter(is_front).collect::<Vec<u32>>()
+    });
+    for v in fronts.into_iter().flatten().map(|v| v as usize) {
         let tooth = ground.crust[v].is_continental();
         let Some(winner) = surrounded_by(mesh, &ground, v as u32, majority, tooth) else {
             continue;
         };
-        splits.suspected = true;
         if tooth {
             let volume = ground.thickness[v].0 * ground.area[v].0;
             ground.crust[v] = Crust::Oceanic;
@@ -94,8 +105,11 @@ pub(in crate::simulation) fn smooth_fronts(
                 continue;
             }
         }
+        let ring: Vec<u32> = mesh.neighbours(v as u32).collect();
+        leave_plate(&mut cuts, &mut splits.cuts, v as u32, &ring, ground.plate);
         ground.plate[v] = winner;
     }
+    splits.note_cuts(mesh, Carried::by(ground.plate), &cuts);
     Ok(())
 }
 
@@ -108,7 +122,6 @@ fn surrounded_by(
     sea_floor: bool,
 ) -> Option<PlateId> {
     let own = ground.plate[v as usize];
-    // Interior vertices, nearly all of them, end here.
     let other = mesh
         .neighbours(v)
         .map(|w| ground.plate[w as usize])

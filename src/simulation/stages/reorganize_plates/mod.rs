@@ -122,13 +122,25 @@ pub(in crate::simulation) fn cut_by_flips<'a>(
         .map(|flip| flip.before)
 }
 
+/// Notes what may fall apart when a vertex with this ring of neighbours leaves its plate. Whether any of the
+/// plate lies beside it.
+pub(in crate::simulation) fn leave_plate(
+    cuts: &mut Vec<[u32; 2]>,
+    older: &mut [[u32; 2]],
+    v: u32,
+    ring: &[u32],
+    plate: &[PlateId],
+) -> bool {
+    let own = plate[v as usize];
+    let heir = ring.iter().copied().find(|&w| plate[w as usize] == own);
+    hand_on(cuts.iter_mut().chain(older), v, heir);
+    cuts.extend(cut_by_removal(ring, own, plate));
+    heir.is_some()
+}
+
 /// Pairs that hung together through a vertex with this ring of neighbours: one of each run of its
 /// plate and the next.
-pub(in crate::simulation) fn cut_by_removal(
-    ring: &[u32],
-    own: PlateId,
-    plate: &[PlateId],
-) -> Vec<[u32; 2]> {
+fn cut_by_removal(ring: &[u32], own: PlateId, plate: &[PlateId]) -> Vec<[u32; 2]> {
     let owned = |i: usize| plate[ring[i % ring.len()] as usize] == own;
     let ends: Vec<u32> = (0..ring.len())
         .filter(|&i| owned(i) && !owned(i + 1))
@@ -138,11 +150,7 @@ pub(in crate::simulation) fn cut_by_removal(
 }
 
 /// Cuts of a sub-plate that leaves go on to one beside it; if it hung at nothing, to each other.
-pub(in crate::simulation) fn hand_on<'a>(
-    cuts: impl Iterator<Item = &'a mut [u32; 2]>,
-    gone: u32,
-    heir: Option<u32>,
-) {
+fn hand_on<'a>(cuts: impl Iterator<Item = &'a mut [u32; 2]>, gone: u32, heir: Option<u32>) {
     let mut last = heir;
     for pair in cuts.filter(|pair| pair[0] != pair[1] && pair.contains(&gone)) {
         let other = if pair[0] == gone { pair[1] } else { pair[0] };

@@ -18,6 +18,7 @@ use super::{
         streams::{self, Purpose},
         sub_plate::{Crust, MaterialArea, PlateId, SubPlate},
         topology::Topology,
+        workers::Workers,
     },
     Splits,
     cut::Cut,
@@ -39,6 +40,7 @@ pub(in crate::simulation) fn rift(
     mantle: Res<Mantle>,
     forces: Res<FrontForces>,
     topology: Res<Topology>,
+    workers: Res<Workers>,
     mut contacts: ResMut<Contacts>,
     mut next: ResMut<NextPlateId>,
     mut splits: ResMut<Splits>,
@@ -55,22 +57,21 @@ pub(in crate::simulation) fn rift(
     let table = PlateTable::gather(plates.iter());
     let sphere = 4.0 * core::f64::consts::PI * recipe.radius_km * recipe.radius_km;
     let areas = plate_areas(&table, plate, area);
+    let mut lands = vec![(0.0, DVec3::ZERO); table.rows().len()];
+    for v in (0..plate.len()).filter(|&v| crust[v].is_continental()) {
+        if let Some(row) = table.row(plate[v]) {
+            lands[row].0 += area[v].0;
+            lands[row].1 += mesh.site(v as u32) * area[v].0;
+        }
+    }
     let ratio = constants.plate_count / table.rows().len() as f64;
     let urgency = (ratio * ratio).min(MOST_URGENT);
 
-    for (row, &size) in table.rows().iter().zip(&areas) {
+    for ((row, &size), (land_area, middle)) in table.rows().iter().zip(&areas).zip(lands) {
         let share = size / sphere;
         if share < constants.rift_smallest || clock.time_my - row.born < constants.rift_youngest {
             continue;
         }
-        let members: Vec<usize> = (0..plate.len()).filter(|&v| plate[v] == row.id).collect();
-        let land: Vec<usize> = members
-            .iter()
-            .copied()
-            .filter(|&v| crust[v].is_continental())
-            .collect();
-        let land_area = land.iter().map(|&v| area[v].0).sum::<f64>();
-        let middle: DVec3 = land.iter().map(|&v| mesh.site(v as u32) * area[v].0).sum();
         let warm = 1.0 + constants.rift_warmth * mantle.warmth_at(middle.normalize_or_zero());
         let rate = constants.rift_rate
             * (0.3 + 2.0 * land_area / size.max(1.0))
@@ -81,8 +82,11 @@ pub(in crate::simulation) fn rift(
         if streams::unit(&mut rng) >= 1.0 - libm::exp(-rate * time) {
             continue;
         }
+        let members: Vec<usize> = (0..plate.len()).filter(|&v| plate[v] == row.id).collect();
+        let is_land = |v: &usize| crust[*v].is_continental();
+        let land: Vec<usize> = members.iter().copied().filter(is_land).collect();
         let places = if land.len() >= 2 { &land } else { &members };
-        let mut cut = Cut::draw(mesh, &mut rng, &members, places);
+        let mut cut = Cut::draw(mesh, &workers, &mut rng, &members, places);
         let tension = Tension {
             recipe: &recipe,
             mesh,

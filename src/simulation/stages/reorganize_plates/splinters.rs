@@ -14,7 +14,7 @@ use super::{
     },
     Splits, plate_areas,
 };
-use crate::mesh::{EdgePayload, NONE, SphereMesh};
+use crate::mesh::{Components, EdgePayload, SphereMesh};
 use bevy::prelude::*;
 use std::collections::BTreeMap;
 
@@ -34,26 +34,8 @@ pub(in crate::simulation) fn pieces<E: EdgePayload>(
     mesh: &SphereMesh<E>,
     plate: &[PlateId],
 ) -> Pieces {
-    let mut of = vec![NONE; plate.len()];
-    let mut pieces = Vec::new();
-    let mut stack = Vec::new();
-    for v in 0..plate.len() as u32 {
-        if of[v as usize] != NONE {
-            continue;
-        }
-        let piece = pieces.len() as u32;
-        pieces.push((plate[v as usize], v));
-        of[v as usize] = piece;
-        stack.push(v);
-        while let Some(u) = stack.pop() {
-            for w in mesh.neighbours(u) {
-                if of[w as usize] == NONE && plate[w as usize] == plate[u as usize] {
-                    of[w as usize] = piece;
-                    stack.push(w);
-                }
-            }
-        }
-    }
+    let Components { of, first } = mesh.components(|a, b| plate[a as usize] == plate[b as usize]);
+    let pieces = first.into_iter().map(|v| (plate[v as usize], v)).collect();
     Pieces { of, pieces }
 }
 
@@ -98,14 +80,13 @@ pub(in crate::simulation) fn absorb_splinters(
     // What pieces that only change hands do to the areas of plates.
     let mut shifts: Vec<(PlateId, f64)> = Vec::new();
     let mut founded = false;
-    let regrouped = if due || splits.suspected {
-        let smallest = if due {
-            constants.smallest * sphere
-        } else {
-            0.0
-        };
+    let smallest = if due {
+        constants.smallest * sphere
+    } else {
+        0.0
+    };
+    if splits.suspected {
         estate.settle_all(plate, smallest);
-        true
     } else {
         let mut marks = [Marks::default(), Marks::default()];
         for i in 0..cuts.len() {
@@ -127,8 +108,12 @@ pub(in crate::simulation) fn absorb_splinters(
                 [a, b].into_iter().filter(gone).for_each(|v| *v = rest);
             }
         }
-        founded
-    };
+        let is_small = |size: f64| size > 0.0 && size < smallest;
+        if due && plate_areas(&table, plate, area).into_iter().any(is_small) {
+            estate.settle_all(plate, smallest);
+        }
+    }
+    let regrouped = due || founded || splits.suspected;
     splits.suspected = false;
     for (id, size) in shifts {
         let mut areas = plates.p1();
