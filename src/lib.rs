@@ -78,6 +78,7 @@
 //! | `render` | yes | planets and overlays in a Bevy scene |
 //! | `export` | yes | maps, textures, models, tables, `GeoJSON`, rotations and films of a planet |
 //! | `import` | with `export` | starts read from height maps and outlines of plates |
+//! | `terrain` | yes | the ground between sub-plates, down to metres |
 //! | `window` | yes | what the examples need to open a window |
 //! | `save` | no | planets as bytes and files, to go on from where they were |
 //! | `editor` | no | a control panel with `bevy_egui` |

@@ -57,7 +57,7 @@ mod tests {
     fn parts_are_what_a_walk_reaches() {
         let points = (0..900).map(|i| {
             let z = 1.0 - (2.0 * f64::from(i) + 1.0) / 900.0;
-            let (sin, cos) = (2.399_963 * f64::from(i)).sin_cos();
+            let (sin, cos) = libm::sincos(2.399_963 * f64::from(i));
             DVec3::new(cos, sin, 0.0) * (1.0 - z * z).sqrt() + DVec3::Z * z
         });
         let mesh = SphereMesh::<()>::build(points.collect()).unwrap();

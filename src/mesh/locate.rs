@@ -31,7 +31,10 @@ impl<E: EdgePayload> SphereMesh<E> {
         // Relative to the direction, the triple products do not cancel for small triangles.
         let opposite = [b.cross(c), c.cross(a), a.cross(b)];
         let weights = opposite.map(|normal| normal.dot(direction).max(0.0));
-        let sum: f64 = weights.iter().sum();
+        // Smallest first: the same sum whichever corner comes first.
+        let mut ascending = weights;
+        ascending.sort_unstable_by(f64::total_cmp);
+        let sum: f64 = ascending.iter().sum();
         Location {
             half_edge: h,
             vertices: self.triangle_vertices(h),

@@ -64,7 +64,8 @@ impl Tick {
         }
     }
 
-    /// Like [`advance`](Self::advance), but makes way in a step that is `busy` if the next is early enough.
+    /// Like [`advance`](Self::advance), but makes way in a step that is `busy` if the next, as long as this one, is
+    /// early enough.
     fn advance_unless(&mut self, busy: bool, step: f64, interval: f64) {
         let latest = (1.0 + PATIENCE) * interval;
         let waits = busy && self.waited + 2.0 * step <= latest;
@@ -139,7 +140,8 @@ impl Clock {
         // What events did shows at once.
         self.geology
             .advance(self.step_my, geology, end || events > 0);
-        let busy = self.geology.due.is_some() || self.is_sorting();
+        let is_next_free = self.geology.waited + self.step_my < geology;
+        let busy = is_next_free && (self.geology.due.is_some() || self.is_sorting());
         self.reorganisation
             .advance_unless(busy, self.step_my, reorganisation);
         let scale = (recipe.spacing_km() / SPACING).min(1.0);

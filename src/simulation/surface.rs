@@ -54,6 +54,11 @@ pub struct Surface {
     pub orogeny: Vec<Orogeny>,
     /// Time since the last mountain building in My; that of the crust where there was none.
     pub orogeny_age: Vec<f32>,
+    /// Direction across which the crust was folded: tangent, longer where folding went on longer; zero where it
+    /// never did.
+    pub fold: Vec<Vec3>,
+    /// Strike of the ridge that made the crust: a unit tangent; zero where none did.
+    pub ridge: Vec<Vec3>,
     /// Time since a hot spot last fed the crust in My; none where none ever did.
     pub volcanism_age: Vec<Option<f32>>,
     /// Hot spots, in the order of their ids.
@@ -94,6 +99,8 @@ type SurfaceColumns = (
     &'static Orogeny,
     &'static OrogenyBegan,
     &'static Volcanism,
+    &'static FoldDirection,
+    &'static RidgeDirection,
 );
 
 fn capture(
@@ -106,8 +113,19 @@ fn capture(
     mut sub_plates: Query<SurfaceColumns, With<SubPlate>>,
 ) -> Result<Surface, TectonicError> {
     let mesh = &topology.0;
-    let (elevation, crust, created, plate, velocity, thickness, orogeny, began, volcanism) =
-        sub_plates.columns(mesh.vertex_count())?;
+    let (
+        elevation,
+        crust,
+        created,
+        plate,
+        velocity,
+        thickness,
+        orogeny,
+        began,
+        volcanism,
+        fold,
+        ridge,
+    ) = sub_plates.columns(mesh.vertex_count())?;
     let plates = PlateTable::gather(plates.iter());
     let margins = Margins {
         mesh,
@@ -145,6 +163,8 @@ fn capture(
                 })
             })
             .collect(),
+        fold: fold.iter().map(|fold| fold.0).collect(),
+        ridge: ridge.iter().map(|ridge| ridge.0).collect(),
         volcanism_age: volcanism
             .iter()
             .map(|volcanism| volcanism.last_my.map(since))

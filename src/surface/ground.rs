@@ -46,6 +46,8 @@ pub(crate) struct Ground {
     pub elevation: f32,
     pub continental: f32,
     pub age: f32,
+    /// Age of the sea floor among the corners; 0 where there is none.
+    pub floor_age: f32,
     pub rugged: f32,
 }
 
@@ -85,6 +87,7 @@ impl Ground {
             elevation,
             continental,
             age: age.unwrap_or(0.0),
+            floor_age: sea.age().unwrap_or(0.0),
             rugged,
         }
     }
@@ -102,13 +105,12 @@ impl Ground {
             let grain = terrain();
             (height * (1.0 + rough * grain), grain)
         } else {
-            let young = libm::expf(-self.age / BURIAL_MY) * (1.0 - self.continental);
+            let young = libm::expf(-self.floor_age / BURIAL_MY) * (1.0 - self.continental);
             let deep = smooth(ramp(-600.0, -2000.0, height));
-            let grain = if young * deep > 0.01 { hills() } else { 0.0 };
-            (
-                height + HILLS_M * young * deep * grain,
-                grain * young * deep,
-            )
+            // Next to nothing is nothing, without a step.
+            let share = (young * deep - 0.01).max(0.0);
+            let grain = if share > 0.0 { share * hills() } else { 0.0 };
+            (height + HILLS_M * grain, grain)
         }
     }
 }

@@ -8,7 +8,7 @@
 //! | which plates are there, where is the coast | [`plates`], [`coasts`] |
 //! | what does a ray hit | [`ray`] |
 //! | ground for a collider or a navigation mesh | [`patch`] |
-//! | the ground in more detail than was simulated | [`Raster`] |
+//! | the ground in more detail than was simulated | [`Raster`], and down to metres `Terrain` (feature `terrain`) |
 //! | its fields as colours | [`Overlay`] |
 //!
 //! # Places
@@ -23,7 +23,8 @@
 //! A surface interpolates the elevations that were simulated, one per sub-plate: smooth, fast, and all
 //! that rays, normals and patches know. [`Raster`] adds noise on top, ragged coasts, rough mountains and
 //! bent boundaries: what maps show. Ask the surface about physics and history, the raster where
-//! something must fit a map. They differ by up to a spacing of sub-plates sideways.
+//! something must fit a map. They differ by up to a spacing of sub-plates sideways. `Terrain` starts from the
+//! raster's ground and goes on where that ends: from some 40 km down to a metre.
 //!
 //! # Costs
 //!
@@ -58,6 +59,8 @@ mod ramp;
 pub(crate) mod raster;
 mod ray;
 mod start;
+#[cfg(feature = "terrain")]
+mod terrain;
 pub(crate) mod texture;
 #[cfg(any(feature = "export", feature = "render"))]
 pub(crate) mod tint;
@@ -74,6 +77,8 @@ pub use query::{Place, Relief};
 pub(crate) use raster::check_columns;
 pub use raster::{Pixel, Raster, direction};
 pub use ray::RayHit;
+#[cfg(feature = "terrain")]
+pub use terrain::{Exemplar, ExemplarError, Exemplars, Landform, Terrain, TerrainSample};
 
 /// A column of a surface does not have one value per sub-plate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]

@@ -48,6 +48,16 @@ pub struct Raster<'a> {
     texture: Texture,
 }
 
+/// What terrain stands on: the ground as the raster shows it.
+#[cfg(feature = "terrain")]
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Base {
+    pub elevation: f32,
+    pub ground: Ground,
+    /// See [`Pixel`].
+    pub grain: f32,
+}
+
 /// Where the last lookups ended: the next ones start there.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Hints {
@@ -117,7 +127,7 @@ impl<'a> Raster<'a> {
             .mesh
             .nearest(self.texture.plates(direction), hints.plate);
         let nearest = hints.plate as usize;
-        let ground = self.ground(self.texture.coast(direction), &mut hints.coast);
+        let ground = self.ground(direction, &mut hints.coast);
         let (elevation, grain) = ground.detail(
             || self.texture.terrain(direction),
             || self.texture.hills(direction),
@@ -136,14 +146,41 @@ impl<'a> Raster<'a> {
         }
     }
 
+    /// Elevation alone, with what it stands on.
+    #[cfg(feature = "terrain")]
+    pub(super) fn base(&self, direction: DVec3, hint: &mut u32) -> Base {
+        let ground = self.ground(direction, hint);
+        let (elevation, grain) = ground.detail(
+            || self.texture.terrain(direction),
+            || self.texture.hills(direction),
+        );
+        Base {
+            elevation,
+            ground,
+            grain,
+        }
+    }
+
+    /// The triangle whose ground the raster shows in a direction: its corners, and their weights. The smallest
+    /// number comes first, so that sums do not depend on the way by which the triangle was found.
+    pub(super) fn corners(&self, direction: DVec3, hint: &mut u32) -> ([u32; 3], [f64; 3]) {
+        let direction = self.texture.coast(direction);
+        let mut place = self.surface.mesh.locate(direction, *hint);
+        let [a, b, c] = place.vertices;
+        *hint = a;
+        let turns = if a < b && a < c {
+            0
+        } else {
+            if b < c { 1 } else { 2 }
+        };
+        place.vertices.rotate_left(turns);
+        place.weights.rotate_left(turns);
+        (place.vertices, place.weights)
+    }
+
     fn ground(&self, direction: DVec3, hint: &mut u32) -> Ground {
-        let place = self.surface.mesh.locate(direction, *hint);
-        *hint = place.vertices[0];
-        Ground::between(
-            place
-                .vertices
-                .map(|vertex| Corner::of(self.surface, vertex as usize)),
-            place.weights,
-        )
+        let (vertices, weights) = self.corners(direction, hint);
+        let corner = |vertex: u32| Corner::of(self.surface, vertex as usize);
+        Ground::between(vertices.map(corner), weights)
     }
 }

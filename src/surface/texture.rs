@@ -9,7 +9,7 @@ use glam::DVec3;
 /// Lengths are tuned on Earth and scale with the radius.
 const EARTH_RADIUS_KM: f64 = 6371.0;
 /// The finest wavelength of coasts and terrain.
-const FINEST_KM: f64 = 36.0;
+pub(super) const FINEST_KM: f64 = 36.0;
 /// Amplitude relative to the next longer octave.
 const COAST_GAIN: f32 = 0.6;
 /// Root mean square of the displacement that an amplitude of one produces (measured).
@@ -103,6 +103,26 @@ impl Texture {
     }
 }
 
+#[cfg(feature = "terrain")]
+impl Texture {
+    /// A displacement of octaves that go half as far each, from this frequency and amplitude in radii on.
+    pub(super) fn shore(seed: u64, frequency: f64, octaves: i32, amplitude: f64) -> FastNoiseLite {
+        let mut warp = FastNoiseLite::with_seed(fold(seed, 4));
+        warp.set_noise_type(Some(NoiseType::OpenSimplex2));
+        warp.set_domain_warp_type(Some(DomainWarpType::OpenSimplex2));
+        warp.set_fractal_type(Some(FractalType::DomainWarpIndependent));
+        warp.set_fractal_gain(Some(0.5));
+        warp.set_fractal_octaves(Some(octaves));
+        warp.set_frequency(Some(frequency as f32));
+        // As above: the first octave counts, however many follow.
+        let series: f64 = (0..octaves)
+            .map(|octave| libm::exp2(-f64::from(octave)))
+            .sum();
+        warp.set_domain_warp_amp(Some((amplitude * series) as f32));
+        warp
+    }
+}
+
 fn displace(warp: &FastNoiseLite, direction: DVec3) -> DVec3 {
     let [x, y, z] = direction.as_vec3().to_array();
     let (u, v, w) = warp.domain_warp_3d(x, y, z);
@@ -139,10 +159,15 @@ fn root_sum_square(octaves: i32) -> f32 {
 
 /// A 32-bit seed for one of the streams, mixed so that neighbouring seeds share nothing (`SplitMix64`).
 fn fold(seed: u64, stream: u64) -> i32 {
-    let mut bits = seed.wrapping_add(stream.wrapping_mul(0x9E37_79B9_7F4A_7C15));
+    let seed = (mix(seed.wrapping_add(stream.wrapping_mul(0x9E37_79B9_7F4A_7C15))) >> 32) as i32;
+    // The library counts upwards from it, octave by octave.
+    seed.min(i32::MAX - 2_000_000)
+}
+
+/// Scrambles bits; the upper half is the better one.
+pub(super) fn mix(mut bits: u64) -> u64 {
     bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    bits = (bits ^ (bits >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    (bits >> 32) as i32
+    (bits ^ (bits >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB)
 }
 
 #[cfg(test)]

@@ -190,6 +190,9 @@ pub(in crate::simulation) fn close_ranks(
         .collect();
     unsettled.0.retain(|&v| !mesh.is_detached(v));
     splits.suspected |= (splits.cuts.iter().flatten()).any(|&v| mesh.is_detached(v));
+    if splits.suspected {
+        splits.cuts.clear();
+    }
     // First number of what has been given another one, by its present number.
     let mut first: BTreeMap<u32, u32> = BTreeMap::new();
     for v in gone {

@@ -45,7 +45,9 @@ pub(in crate::simulation) fn sort_rows(world: &mut World) {
     world.resource_mut::<Topology>().0.renumber(&order);
     // What was cut is known by number.
     let mut splits = world.resource_mut::<Splits>();
-    if !splits.cuts.is_empty() {
+    if splits.suspected {
+        splits.cuts.clear();
+    } else if !splits.cuts.is_empty() {
         let mut place = vec![0; order.len()];
         for (&before, now) in order.iter().zip(0..) {
             place[before as usize] = now;

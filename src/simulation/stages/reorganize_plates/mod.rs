@@ -37,7 +37,8 @@ pub struct Splits {
     pub suspected: bool,
     /// Set when sub-plates changed plates or plates their motion; cleared once velocities follow.
     pub regrouped: bool,
-    /// Pairs of sub-plates that lost a connection and were not found to hang together nearby.
+    /// Pairs of sub-plates that lost a connection and were not found to hang together nearby. None where
+    /// everything is looked at anyway.
     pub(crate) cuts: Vec<[u32; 2]>,
     /// Sub-plates that splinters took to another plate in this step.
     pub(crate) moved: Vec<u32>,
@@ -54,6 +55,10 @@ impl Splits {
     ) {
         // Where a sub-plate has gone since, what hung at it is not known.
         self.suspected |= cuts.iter().flatten().any(|&v| mesh.is_detached(v));
+        if self.suspected {
+            self.cuts.clear();
+            return;
+        }
         let open = cuts
             .iter()
             .filter(|[a, b]| !hang_together(mesh, plates, *a, *b));

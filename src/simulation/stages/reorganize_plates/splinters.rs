@@ -40,7 +40,7 @@ pub(in crate::simulation) fn pieces<E: EdgePayload>(
 }
 
 /// Absorbs splinters, drops plates that have no ground left or too little, and brings areas up to
-/// date. Between the reorganisations it looks only where something was cut.
+/// date. It looks only where something was cut, and everywhere where that is not known.
 pub(in crate::simulation) fn absorb_splinters(
     mut commands: Commands,
     recipe: Res<Recipe>,
@@ -85,8 +85,9 @@ pub(in crate::simulation) fn absorb_splinters(
     } else {
         0.0
     };
+    let mut settled = true;
     if splits.suspected {
-        estate.settle_all(plate, smallest);
+        settled = estate.settle_all(plate, smallest);
     } else {
         let mut marks = [Marks::default(), Marks::default()];
         for i in 0..cuts.len() {
@@ -110,11 +111,11 @@ pub(in crate::simulation) fn absorb_splinters(
         }
         let is_small = |size: f64| size > 0.0 && size < smallest;
         if due && plate_areas(&table, plate, area).into_iter().any(is_small) {
-            estate.settle_all(plate, smallest);
+            settled = estate.settle_all(plate, smallest);
         }
     }
     let regrouped = due || founded || splits.suspected;
-    splits.suspected = false;
+    splits.suspected = !settled;
     for (id, size) in shifts {
         let mut areas = plates.p1();
         let row = table.rows().iter().find(|row| row.id == id);
@@ -151,8 +152,9 @@ struct Estate<'a, 'w, 's> {
 }
 
 impl Estate<'_, '_, '_> {
-    /// Looks at all pieces of all plates; a plate smaller than `smallest` goes as a whole.
-    fn settle_all(&mut self, plate: &mut [PlateId], smallest: f64) {
+    /// Looks at all pieces of all plates; a plate smaller than `smallest` goes as a whole. Whether nothing is left
+    /// to settle.
+    fn settle_all(&mut self, plate: &mut [PlateId], smallest: f64) -> bool {
         for round in 0..ROUNDS {
             let Pieces { of, pieces } = pieces(self.mesh, plate);
             let mut size = vec![0.0; pieces.len()];
@@ -194,9 +196,10 @@ impl Estate<'_, '_, '_> {
                 }
             }
             if !changed {
-                break;
+                return true;
             }
         }
+        false
     }
 
     /// Area of a piece in km².

@@ -180,6 +180,8 @@ pub(in crate::simulation) fn suture(
         *plate = heir_id;
     }
     contacts.inherit(gone_id, heir_id);
+    // They met when fronts were drawn; smoothing may have taken away the only place where they did.
+    splits.suspected = true;
     Ok(())
 }
 
