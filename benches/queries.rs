@@ -54,6 +54,25 @@ fn queries(criterion: &mut Criterion) {
     group.bench_function("nearest_boundary", |bencher| {
         bencher.iter(|| surface.nearest_boundary(black_box(next())));
     });
+    #[cfg(feature = "terrain")]
+    {
+        use bevy_tectonics::surface::Terrain;
+        // Rows of 100 places, 100 m apart.
+        let tile = |i: usize| {
+            let corner = places[i / 10_000 % PLACES];
+            let (east, north) = bevy_tectonics::surface::east_north(corner);
+            let [x, y] = [i % 100, i / 100 % 100].map(|i| i as f64 * 0.1 / surface.radius_km);
+            corner + east * x + north * y
+        };
+        let mut terrain = Terrain::new(&surface, 100.0).unwrap();
+        let mut i = 0;
+        group.bench_function("terrain of tiles", |bencher| {
+            bencher.iter(|| {
+                i += 1;
+                terrain.elevation(black_box(tile(i)))
+            });
+        });
+    }
     let drawn = Relief::exaggerated(20.0).with_sea();
     group.bench_function("ray", |bencher| {
         bencher.iter(|| {
