@@ -48,8 +48,7 @@ pub struct Raster<'a> {
     texture: Texture,
 }
 
-/// What terrain stands on: the ground as the raster shows it.
-#[cfg(feature = "terrain")]
+/// The ground as the raster shows it: what terrain stands on.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Base {
     pub elevation: f32,
@@ -127,11 +126,11 @@ impl<'a> Raster<'a> {
             .mesh
             .nearest(self.texture.plates(direction), hints.plate);
         let nearest = hints.plate as usize;
-        let ground = self.ground(direction, &mut hints.coast);
-        let (elevation, grain) = ground.detail(
-            || self.texture.terrain(direction),
-            || self.texture.hills(direction),
-        );
+        let Base {
+            elevation,
+            ground,
+            grain,
+        } = self.base(direction, &mut hints.coast);
         Pixel {
             elevation,
             crust: if ground.continental >= 0.5 {
@@ -147,7 +146,6 @@ impl<'a> Raster<'a> {
     }
 
     /// Elevation alone, with what it stands on.
-    #[cfg(feature = "terrain")]
     pub(super) fn base(&self, direction: DVec3, hint: &mut u32) -> Base {
         let ground = self.ground(direction, hint);
         let (elevation, grain) = ground.detail(
@@ -170,8 +168,10 @@ impl<'a> Raster<'a> {
         *hint = a;
         let turns = if a < b && a < c {
             0
+        } else if b < c {
+            1
         } else {
-            if b < c { 1 } else { 2 }
+            2
         };
         place.vertices.rotate_left(turns);
         place.weights.rotate_left(turns);

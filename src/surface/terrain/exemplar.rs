@@ -8,7 +8,7 @@ pub(super) const TEXEL_M: f32 = 160.0;
 const SIDE: usize = 256;
 /// Grey of the mean, and of one deviation.
 const GREY: (f32, f32) = (32_768.0, 8_000.0);
-/// Coarser versions of a piece, each with half as many texels along a side: the last is nothing but its mean.
+/// Coarser versions of a piece, each with half as many texels along a side: after the last nothing is left.
 const LEVELS: usize = 7;
 /// No texel lies further from the mean, in deviations: one peak does not make a landscape.
 const FURTHEST: f32 = 4.0;
@@ -169,8 +169,8 @@ impl Exemplar {
         Self::new(&heights.collect::<Vec<f32>>())
     }
 
-    /// Value in deviations and slope per texel of the finest version, at a place in its texels: twice
-    /// differentiable but for the seams of the spline.
+    /// Value in deviations and slope per texel of the finest version, at a place in its texels. Both are
+    /// continuous.
     pub(super) fn at(&self, [x, y]: [f32; 2], level: Level) -> (f32, [f32; 2]) {
         let mut sum = (0.0, [0.0; 2]);
         let shares = [

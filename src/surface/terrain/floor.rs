@@ -4,9 +4,9 @@
 use core::f32::consts::TAU;
 use glam::Vec3;
 
-/// Wavelengths in m across the ridge: hills are spaced by 1 to 10 km (Goff & Jordan 1988).
+/// Wavelengths in m across the ridge. By eye: no source gives them.
 const WAVES_M: [f32; 6] = [11_000.0, 7000.0, 4400.0, 2800.0, 1700.0, 1000.0];
-/// What is left of the wave along the ridge: hills are five to ten times as long as wide.
+/// How far waves may be tilted towards the ridge: hills become some five times as long as wide.
 const ALONG: f32 = 0.2;
 
 /// Value in deviations and slope per m at an offset in m. Waves shorter than two steps of detail are left out, and

@@ -1,7 +1,7 @@
 //! Terrain: what stands on the simulated ground, down to metres.
 //!
-//! A history knows the ground every 30 to 200 km. [`Terrain`] adds what its causes imply, as Cortial et al. (2019,
-//! section 6) do: pieces of eroded ground ([`Exemplar`]) of the kind that a place's past calls for, turned to the
+//! A history knows the ground every 30 to 200 km. [`Terrain`] adds what its causes imply, as Cortial et al. (2019)
+//! do: pieces of eroded ground ([`Exemplar`]) of the kind that a place's past calls for, turned to the
 //! fold, on land; ripples along the ridge that made it ([`floor`]) on the sea floor; coasts that stay ragged
 //! however closely one looks ([`shore`]).
 //!

@@ -5,12 +5,11 @@ use super::super::{
     raster::Base,
 };
 
-/// Deviation of plains in m, and how much it grows per m of height: 15 m on a plain 200 m high, as on Earth's
-/// within 20 km (from SRTM; Montgomery & Brandon 2002 have 10 to 50 m of relief in lowlands).
+/// Deviation of plains in m, and how much it grows per m of height: 15 m on a plain 200 m high. By eye: no
+/// source gives one.
 const PLAIN: (f32, f32) = (6.0, 0.045);
-/// Share of the height that mountains deviate by: 320 m where they stand 4,000 m high. Relief within 10 km is 1 to
-/// 3 km there (Montgomery & Brandon 2002), four to six deviations from valley to crest; slopes have a mean of 20 to
-/// 30°, as they have in the Himalaya and the Andes.
+/// Share of the height that mountains deviate by: 320 m where they stand 4,000 m high. With it
+/// slopes of young ranges have a mean of 25 to 30°; with half as much again they are steeper than rock stands.
 const MOUNTAIN: f32 = 0.08;
 /// How much more terrain ranges have than the mean, and basins less: what the ridged noise of maps says.
 const RANGES: f32 = 0.5;
@@ -19,8 +18,8 @@ const RISES: (f32, f32) = (600.0, 2800.0);
 /// Nothing deviates by more than this share of its height or depth: four deviations are possible, and terrain
 /// makes no land of sea.
 const CAP: f32 = 0.22;
-/// Deviation of abyssal hills on new floor in m, and when sediment has buried half of them, in My: 50 to 200 m of
-/// relief (Goff & Jordan 1988).
+/// Deviation of abyssal hills on new floor in m, and when sediment has buried half of them, in My: some 200 m
+/// from trough to crest.
 const HILLS: (f32, f32) = (55.0, 60.0);
 /// What is never buried: in m.
 const OLD_FLOOR: f32 = 12.0;
