@@ -1,14 +1,20 @@
-//! A picture of a planet, drawn off screen.
+//! A picture of a planet, drawn off screen: from afar, or from close above its ground.
 //!
 //! `cargo run --release --example portrait -- --seed 11 --duration 150 --out portrait.png`
+//! `cargo run --release --example portrait -- --altitude 3000 --heading 90 --pitch -5`
 
 #[path = "../tests/studio/mod.rs"]
 mod studio;
 
-use bevy_tectonics::{prelude::*, render::PlanetRenderSettings};
+use bevy_tectonics::{
+    prelude::*,
+    render::PlanetRenderSettings,
+    surface::{direction_of, east_north},
+};
 use clap::Parser;
+use libm::{cos, sin};
 use std::{path::PathBuf, process::ExitCode};
-use studio::{Pose, Studio};
+use studio::{Look, Pose, Studio};
 
 #[derive(Parser)]
 struct Arguments {
@@ -48,6 +54,18 @@ struct Arguments {
     /// Distance of the camera from the planet's centre in radii.
     #[arg(long, default_value_t = 3.0)]
     distance: f64,
+    /// Height of the camera above the ground or the sea in m, up to 3,000,000, in place of a distance.
+    #[arg(long)]
+    altitude: Option<f64>,
+    /// Where a camera above the ground looks, in degrees clockwise from north.
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
+    heading: f64,
+    /// How far above the horizon it looks, in degrees.
+    #[arg(long, default_value_t = -10.0, allow_hyphen_values = true)]
+    pitch: f64,
+    /// How high the sun stands above its ground, in degrees. It is in the west.
+    #[arg(long, default_value_t = 30.0, allow_hyphen_values = true)]
+    sun_height: f64,
     /// How far the sun stands to the east of the camera, in degrees.
     #[arg(long, default_value_t = -38.0, allow_hyphen_values = true)]
     sun_east: f64,
@@ -91,7 +109,13 @@ fn portray(arguments: &Arguments) -> Result<(), String> {
             "the picture is {width} × {height}, but must be 16 to 8192 pixels a side"
         ));
     }
-    let mut studio = Studio::new(width, height, Planet::new(recipe))
+    // In m, where the ground is to be seen.
+    let radius = if arguments.altitude.is_some() {
+        6.371e6
+    } else {
+        1.0
+    };
+    let mut studio = Studio::new(width, height, Planet::new(recipe).with_radius(radius))
         .ok_or("there is no graphics adapter to draw with")?;
     studio.settings(PlanetRenderSettings {
         face: arguments.face,
@@ -110,6 +134,27 @@ fn portray(arguments: &Arguments) -> Result<(), String> {
         sun_east: arguments.sun_east,
         ..Pose::default()
     });
+    if let Some(altitude_m) = arguments.altitude {
+        studio.view().exaggeration = 1.0;
+        let surface = studio.surface()?;
+        let up = direction_of(arguments.latitude, arguments.longitude);
+        let (east, north) = east_north(up);
+        let toward = |bearing: f64, height: f64| {
+            let (b, h) = (bearing.to_radians(), height.to_radians());
+            (north * cos(b) + east * sin(b)) * cos(h) + up * sin(h)
+        };
+        let ground = surface
+            .sample(up, 1.0)
+            .map_err(|error| error.to_string())?
+            .elevation
+            .max(0.0);
+        let height_m = f64::from(ground) + altitude_m.clamp(1.0, 3e6);
+        studio.look(Look {
+            place_m: up * (1000.0 * surface.radius_km + height_m),
+            forward: toward(arguments.heading, arguments.pitch.clamp(-89.0, 89.0)),
+            sun: toward(-90.0, arguments.sun_height),
+        });
+    }
     studio
         .shoot()?
         .save(&arguments.out)

@@ -10,19 +10,26 @@ fn hash(cell: vec3<i32>) -> f32 {
 
 // Smooth noise from -1 to 1, and its gradient.
 fn noise(place: vec3<f32>) -> vec4<f32> {
+    return repeated(place, -1);
+}
+
+// The same, but every power of two of cells it begins anew; `mask` is that power less one.
+fn repeated(place: vec3<f32>, mask: i32) -> vec4<f32> {
     let floored = floor(place);
     let cell = vec3<i32>(floored);
+    let next = (cell + 1) & vec3(mask);
+    let this_ = cell & vec3(mask);
     let f = place - floored;
     let u = f * f * (3.0 - 2.0 * f);
     let du = 6.0 * f * (1.0 - f);
-    let a = hash(cell);
-    let b = hash(cell + vec3(1, 0, 0));
-    let c = hash(cell + vec3(0, 1, 0));
-    let d = hash(cell + vec3(1, 1, 0));
-    let e = hash(cell + vec3(0, 0, 1));
-    let g = hash(cell + vec3(1, 0, 1));
-    let h = hash(cell + vec3(0, 1, 1));
-    let i = hash(cell + vec3(1, 1, 1));
+    let a = hash(vec3(this_.x, this_.y, this_.z));
+    let b = hash(vec3(next.x, this_.y, this_.z));
+    let c = hash(vec3(this_.x, next.y, this_.z));
+    let d = hash(vec3(next.x, next.y, this_.z));
+    let e = hash(vec3(this_.x, this_.y, next.z));
+    let g = hash(vec3(next.x, this_.y, next.z));
+    let h = hash(vec3(this_.x, next.y, next.z));
+    let i = hash(vec3(next.x, next.y, next.z));
     let x = mix(vec4(a, c, e, h), vec4(b, d, g, i), u.x);
     let dx = mix(mix(b - a, d - c, u.y), mix(g - e, i - h, u.y), u.z);
     let y = mix(x.xz, x.yw, u.y);

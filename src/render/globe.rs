@@ -1,12 +1,12 @@
 //! What is drawn of one planet: its textures, and the way of a snapshot into them.
 
 use super::{
-    Drawn, PlanetRenderSettings,
+    Drawn, PlanetAir, PlanetRenderSettings,
     bake::{Face, Scene, VELOCITY_SIZE},
     blend::Blend,
     cube,
     grain::Grain,
-    material::{Lighting, PlanetMaterial, PlanetUniform},
+    material::{Lighting, PlanetMaterial, PlanetUniform, SkyUniform},
     paint::paint,
     upload::{Ticket, Upload, Uploads},
 };
@@ -38,7 +38,11 @@ pub(super) struct Globe {
     pub body: Entity,
     /// The entity of the air, another child.
     pub sky: Entity,
-    material: Handle<PlanetMaterial>,
+    pub material: Handle<PlanetMaterial>,
+    /// How the air is drawn, once it is.
+    pub air: Option<SkyUniform>,
+    /// What tiles of the ground want of the material.
+    pub close: Close,
     size: u32,
     maps: [Maps; 3],
     blend: Blend,
@@ -51,6 +55,15 @@ pub(super) struct Globe {
     /// Whether the newest snapshot waits to be baked.
     stale: bool,
     overlay: Option<Overlay>,
+}
+
+/// How tiles of the ground are drawn.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Close {
+    /// Share of pixels that belong to tiles.
+    pub share: f32,
+    /// Distance within which a tile is split, in sides of it.
+    pub reach: f32,
 }
 
 /// One set of textures.
@@ -122,6 +135,8 @@ impl Globe {
             body: Entity::PLACEHOLDER,
             sky: Entity::PLACEHOLDER,
             material: material.clone(),
+            air: None,
+            close: Close::default(),
             size,
             maps,
             blend: Blend::default(),
@@ -282,6 +297,7 @@ impl Globe {
     pub(super) fn show(
         &self,
         view: &PlanetView,
+        air: &PlanetAir,
         lighting: Lighting,
         materials: &mut Assets<PlanetMaterial>,
     ) {
@@ -289,7 +305,7 @@ impl Globe {
             return;
         };
         let (a, b) = (&self.maps[self.blend.from], &self.maps[self.blend.to]);
-        let uniform = self.uniform(view, &a.stamp, &b.stamp);
+        let uniform = self.uniform(view, air, &a.stamp, &b.stamp);
         if before.uniform == uniform
             && before.lighting == lighting
             && before.relief_b == b.relief
@@ -312,7 +328,7 @@ impl Globe {
         material.overlay_b = b.overlay.clone();
     }
 
-    fn uniform(&self, view: &PlanetView, a: &Stamp, b: &Stamp) -> PlanetUniform {
+    fn uniform(&self, view: &PlanetView, air: &PlanetAir, a: &Stamp, b: &Stamp) -> PlanetUniform {
         let share = self.blend.share;
         let radius_km = b.radius_km.max(1.0);
         let passed = b.time_my - a.time_my;
@@ -347,6 +363,10 @@ impl Globe {
             shade: SHADE * exaggeration,
             sea: if view.sea { level } else { -1000.0 },
             datum: if view.sea { level } else { 0.0 },
+            tiles: self.close.share,
+            reach: self.close.reach,
+            radius_km: radius_km as f32,
+            air: air.uniform(radius_km),
         }
     }
 
@@ -372,7 +392,7 @@ impl Globe {
 }
 
 /// As far as it makes sense.
-fn exaggeration(view: &PlanetView) -> f32 {
+pub(super) fn exaggeration(view: &PlanetView) -> f32 {
     if view.exaggeration.is_finite() {
         view.exaggeration.clamp(0.0, 200.0)
     } else {
@@ -380,6 +400,6 @@ fn exaggeration(view: &PlanetView) -> f32 {
     }
 }
 
-fn pool() -> &'static TaskPool {
+pub(super) fn pool() -> &'static TaskPool {
     AsyncComputeTaskPool::get_or_init(TaskPool::new)
 }

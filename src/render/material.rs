@@ -1,5 +1,7 @@
 //! The materials of the ground and of the air. Both are lit by Bevy's lights.
 
+#[cfg(feature = "terrain")]
+use super::tiles;
 use bevy::{
     asset::embedded_asset,
     mesh::MeshVertexBufferLayoutRef,
@@ -8,13 +10,15 @@ use bevy::{
     render::render_resource::{
         AsBindGroup, Face, RenderPipelineDescriptor, ShaderType, SpecializedMeshPipelineError,
     },
-    shader::{ShaderRef, load_shader_library},
+    shader::{ShaderDefVal, ShaderRef, load_shader_library},
 };
 
 pub(super) fn plugin(app: &mut App) {
     load_shader_library!(app, "air.wgsl");
     load_shader_library!(app, "detail.wgsl");
     load_shader_library!(app, "light.wgsl");
+    load_shader_library!(app, "ground.wgsl");
+    load_shader_library!(app, "tile.wgsl");
     embedded_asset!(app, "planet.wgsl");
     embedded_asset!(app, "sky.wgsl");
     app.add_plugins((
@@ -87,6 +91,14 @@ pub(super) struct PlanetUniform {
     pub sea: f32,
     /// Elevation in km from which the heights of land are coloured.
     pub datum: f32,
+    /// Share of the picture's pixels that belong to tiles.
+    pub tiles: f32,
+    /// Distance within which a tile is split, in sides of it.
+    pub reach: f32,
+    /// Radius in km.
+    pub radius_km: f32,
+    /// Optical depth of the air straight up for red, green and blue, and its scale height in radii.
+    pub air: Vec4,
 }
 
 impl Material for PlanetMaterial {
@@ -110,9 +122,27 @@ impl Material for PlanetMaterial {
     fn specialize(
         _: &MaterialPipeline,
         descriptor: &mut RenderPipelineDescriptor,
-        _: &MeshVertexBufferLayoutRef,
+        layout: &MeshVertexBufferLayoutRef,
         key: MaterialPipelineKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
+        #[cfg(feature = "terrain")]
+        if layout.0.contains(tiles::UP) {
+            descriptor.vertex.buffers = vec![layout.0.get_layout(&[
+                Mesh::ATTRIBUTE_POSITION.at_shader_location(0),
+                tiles::UP.at_shader_location(1),
+                tiles::SLOPE.at_shader_location(2),
+                tiles::COARSE_SLOPE.at_shader_location(3),
+                tiles::HEIGHTS.at_shader_location(4),
+                tiles::PLACE.at_shader_location(5),
+            ])?];
+            let tiles = ShaderDefVal::from("PLANET_TILES");
+            descriptor.vertex.shader_defs.push(tiles.clone());
+            if let Some(fragment) = &mut descriptor.fragment {
+                fragment.shader_defs.push(tiles);
+            }
+        }
+        #[cfg(not(feature = "terrain"))]
+        let _ = layout;
         if let Some(fragment) = &mut descriptor.fragment {
             let Lighting { lamps, shadows } = key.bind_group_data;
             for (needed, name) in [(lamps, "PLANET_LAMPS"), (shadows, "PLANET_SHADOWS")] {
@@ -125,12 +155,20 @@ impl Material for PlanetMaterial {
     }
 }
 
-/// The air beyond the limb of every planet.
-#[derive(Asset, AsBindGroup, TypePath, Debug, Clone, Default)]
+/// The air beyond the limb of a planet, and above those who stand on it.
+#[derive(Asset, AsBindGroup, TypePath, Debug, Clone)]
 pub(super) struct SkyMaterial {
-    /// Radius of the mesh in radii of the planet.
     #[uniform(0)]
-    pub extent: Vec4,
+    pub uniform: SkyUniform,
+}
+
+/// The order is that of `sky.wgsl`.
+#[derive(ShaderType, Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct SkyUniform {
+    /// See [`PlanetUniform::air`].
+    pub air: Vec4,
+    /// Radius of the mesh in radii of the planet.
+    pub extent: f32,
 }
 
 impl Material for SkyMaterial {

@@ -16,6 +16,7 @@
 //! * The glow of the air knows directional lights only.
 //! * The air is drawn round: a `Transform` that squashes the planet does not squash it.
 
+mod air;
 mod arrows;
 mod bake;
 mod blend;
@@ -31,11 +32,14 @@ mod material;
 mod paint;
 mod palette;
 mod sphere;
+#[cfg(feature = "terrain")]
+mod tiles;
 mod upload;
 mod walk;
 
 use crate::planet::{Planet, PlanetSurface, PlanetView};
 use crate::surface::Overlay;
+pub use air::PlanetAir;
 use bevy::{
     asset::AssetEventSystems,
     camera::{
@@ -49,7 +53,9 @@ use bevy::{
     transform::TransformSystems,
 };
 use globe::Globe;
-use material::{Lighting, PlanetMaterial, SkyMaterial};
+use material::{Lighting, PlanetMaterial, SkyMaterial, SkyUniform};
+#[cfg(feature = "terrain")]
+pub use tiles::{PlanetTiles, TilesDrawn, Viewpoint};
 use upload::Uploads;
 
 /// Draws every planet. Does nothing in an app without a renderer.
@@ -104,13 +110,13 @@ const SKY: f32 = 1.08;
 #[derive(Resource)]
 struct Shared {
     sphere: Handle<Mesh>,
-    sky: Handle<SkyMaterial>,
     palette: Handle<Image>,
 }
 
 impl Plugin for PlanetRenderPlugin {
     fn build(&self, app: &mut App) {
         app.register_type::<Drawn>()
+            .register_type::<PlanetAir>()
             .register_type::<PlanetRenderSettings>()
             .init_resource::<PlanetRenderSettings>();
         // Another plugin may have done so.
@@ -118,31 +124,23 @@ impl Plugin for PlanetRenderPlugin {
         if app.get_sub_app(RenderApp).is_none() {
             return;
         }
-        app.add_plugins((material::plugin, upload::plugin, lines::plugin))
-            .add_observer(disappear)
-            .add_systems(
-                PostUpdate,
-                (appear, tend)
-                    .chain()
-                    .in_set(PlanetRenderSystems::Tend)
-                    .before(TransformSystems::Propagate)
-                    .before(VisibilitySystems::VisibilityPropagate)
-                    .before(VisibilitySystems::CheckVisibility)
-                    .before(AssetEventSystems),
-            );
+        app.add_plugins((material::plugin, upload::plugin, lines::plugin));
+        #[cfg(feature = "terrain")]
+        app.add_plugins(tiles::plugin);
+        app.add_observer(disappear).add_systems(
+            PostUpdate,
+            (appear, tend)
+                .chain()
+                .in_set(PlanetRenderSystems::Tend)
+                .before(TransformSystems::Propagate)
+                .before(VisibilitySystems::VisibilityPropagate)
+                .before(VisibilitySystems::CheckVisibility)
+                .before(AssetEventSystems),
+        );
         let world = app.world_mut();
         let sphere = world.resource_mut::<Assets<Mesh>>().add(sphere::sphere());
         let palette = world.resource_mut::<Assets<Image>>().add(palette::image());
-        let sky = world
-            .resource_mut::<Assets<SkyMaterial>>()
-            .add(SkyMaterial {
-                extent: Vec4::splat(SKY),
-            });
-        world.insert_resource(Shared {
-            sphere,
-            sky,
-            palette,
-        });
+        world.insert_resource(Shared { sphere, palette });
     }
 }
 
@@ -163,13 +161,12 @@ fn appear(
             &mut images,
             &mut materials,
         );
-        let shared = (shared.sphere.clone(), shared.sky.clone());
+        let sphere = shared.sphere.clone();
         // All or nothing: the planet may be gone by then.
         commands.queue(move |world: &mut World| {
             if world.get_entity(entity).is_err() {
                 return;
             }
-            let (sphere, sky) = shared;
             let part = (
                 Mesh3d(sphere),
                 Visibility::Hidden,
@@ -180,9 +177,7 @@ fn appear(
             );
             let ground = (Name::new("Ground"), MeshMaterial3d(material), part.clone());
             globe.body = world.spawn(ground).id();
-            globe.sky = world
-                .spawn((Name::new("Air"), MeshMaterial3d(sky), part))
-                .id();
+            globe.sky = world.spawn((Name::new("Air"), part)).id();
             let mut planet = world.entity_mut(entity);
             planet.insert(globe);
             if !visible {
@@ -197,6 +192,7 @@ type Tended = (
     &'static Planet,
     Ref<'static, PlanetSurface>,
     &'static PlanetView,
+    Option<&'static PlanetAir>,
     &'static mut Globe,
     Option<&'static mut Drawn>,
 );
@@ -207,6 +203,7 @@ fn tend(
     time: Option<Res<Time<Real>>>,
     mut images: ResMut<Assets<Image>>,
     mut materials: ResMut<Assets<PlanetMaterial>>,
+    mut skies: ResMut<Assets<SkyMaterial>>,
     mut uploads: ResMut<Uploads>,
     suns: Query<&DirectionalLight>,
     lamps: Query<(), Or<(With<PointLight>, With<SpotLight>, With<RectLight>)>>,
@@ -218,7 +215,7 @@ fn tend(
         lamps: !lamps.is_empty(),
         shadows: suns.iter().any(|sun| sun.shadow_maps_enabled),
     };
-    for (entity, planet, surface, view, mut globe, drawn) in &mut planets {
+    for (entity, planet, surface, view, air, mut globe, drawn) in &mut planets {
         let globe = globe.bypass_change_detection();
         let overlay = view
             .overlay
@@ -231,7 +228,19 @@ fn tend(
             &mut images,
             &mut uploads,
         );
-        globe.show(view, lighting, &mut materials);
+        let air = air.copied().unwrap_or_default();
+        globe.show(view, &air, lighting, &mut materials);
+        let sky = SkyUniform {
+            air: air.uniform(surface.radius_km),
+            extent: SKY,
+        };
+        if globe.air != Some(sky) {
+            globe.air = Some(sky);
+            let material = MeshMaterial3d(skies.add(SkyMaterial { uniform: sky }));
+            if let Ok(mut part) = commands.get_entity(globe.sky) {
+                part.try_insert(material);
+            }
+        }
         match (globe.drawn(), drawn) {
             (Some(now), Some(mut drawn)) => {
                 drawn.set_if_neq(now);

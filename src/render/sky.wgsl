@@ -8,7 +8,13 @@
 }
 #import bevy_tectonics::air
 
-@group(#{MATERIAL_BIND_GROUP}) @binding(0) var<uniform> extent: vec4<f32>;
+struct Sky {
+    medium: vec4<f32>,
+    // Radius of the mesh in radii of the planet.
+    extent: f32,
+}
+
+@group(#{MATERIAL_BIND_GROUP}) @binding(0) var<uniform> sky: Sky;
 
 struct Vertex {
     @builtin(instance_index) instance_index: u32,
@@ -34,23 +40,24 @@ fn vertex(in: Vertex) -> Point {
 @fragment
 fn fragment(in: Point) -> @location(0) vec4<f32> {
     let world_from_local = mesh_functions::get_world_from_local(in.instance_index);
-    let radius = length(world_from_local[0].xyz) / extent.x;
+    let radius = length(world_from_local[0].xyz) / sky.extent;
     let orthographic = view.clip_from_view[3].w == 1.0;
     let V = pbr_functions::calculate_view(in.world_position, orthographic);
-    // Where the line of sight comes closest to the planet.
-    let offset = (in.world_position.xyz - world_from_local[3].xyz) / radius;
-    let nearest = offset - V * dot(offset, V);
-    let distance = length(nearest);
-    let up = nearest / max(distance, 1e-6);
-    let thickness = 2.0 * air::slant(0.0) * exp(-max(distance - 1.0, 0.0) / air::SCALE_HEIGHT);
+    // The eye, from the centre of the planet.
+    let from_ = select(view.world_position, in.world_position.xyz + 8.0 * radius * V, orthographic);
+    let eye = (from_ - world_from_local[3].xyz) / radius;
+    let x = dot(eye, -V);
+    let distance = sqrt(max(dot(eye, eye) - x * x, 0.0));
+    let here = air::seen_from(sqrt(dot(eye, eye)) - 1.0, sky.medium.xyz, sky.medium.w);
     var color = vec3(0.0);
     for (var i = 0u; i < lights.n_directional_lights; i += 1u) {
         let to_sun = lights.directional_lights[i].direction_to_light;
         color += lights.directional_lights[i].color.rgb
-            * air::scattered(thickness, dot(up, to_sun), dot(V, to_sun));
+            * air::glow(eye, -V, 1e6, to_sun, here, 6);
     }
     // Fades out before the mesh ends.
-    color *= view.exposure * saturate((extent.x - distance) / (0.3 * (extent.x - 1.0)));
+    let fade = saturate((sky.extent - distance) / (0.3 * (sky.extent - 1.0)));
+    color *= view.exposure * select(fade, 1.0, x > 0.0);
     var pbr_input = pbr_types::pbr_input_new();
     pbr_input.frag_coord = in.position;
     pbr_input.world_position = in.world_position;

@@ -41,6 +41,13 @@ pub(crate) fn to_simulation(vector: DVec3) -> DVec3 {
     DVec3::new(vector.x, -vector.z, vector.y)
 }
 
+/// A vector of the simulation's frame in that of a scene: [`to_scene`](crate::planet::to_scene) in double
+/// precision.
+#[cfg(all(feature = "render", feature = "terrain"))]
+pub(crate) fn from_simulation(vector: DVec3) -> DVec3 {
+    DVec3::new(vector.x, vector.z, -vector.y)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

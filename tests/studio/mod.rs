@@ -18,7 +18,7 @@ use bevy::{
 use bevy_tectonics::{
     planet::to_scene,
     prelude::*,
-    render::{Drawn, PlanetRenderSettings},
+    render::{Drawn, PlanetRenderSettings, PlanetTiles, TilesDrawn, Viewpoint},
     surface::direction_of,
 };
 use core::time::Duration;
@@ -54,6 +54,16 @@ pub struct Pose {
     pub distance: f64,
     pub sun_north: f64,
     pub sun_east: f64,
+}
+
+/// Where a camera is that looks at the ground from close by: in the planet's frame, north is +Z.
+#[derive(Debug, Clone, Copy)]
+pub struct Look {
+    /// From the planet's centre, in m.
+    pub place_m: DVec3,
+    pub forward: DVec3,
+    /// Where the sun stands.
+    pub sun: DVec3,
 }
 
 /// Pixels, 8-bit sRGB, three bytes each.
@@ -155,6 +165,51 @@ impl Studio {
         }
     }
 
+    /// Draws frames until the planet has a history, and returns its surface.
+    ///
+    /// # Errors
+    /// A sentence, if the history fails.
+    pub fn surface(&mut self) -> Result<Arc<Surface>, String> {
+        let start = Instant::now();
+        loop {
+            self.app.update();
+            let world = self.app.world();
+            let growth = world.get::<Growth>(self.planet).map(|growth| &growth.state);
+            if let Some(GrowthState::Failed(failure)) = growth {
+                return Err(failure.to_string());
+            }
+            let rests = matches!(growth, Some(GrowthState::Finished | GrowthState::Resting));
+            let surface = world.get::<PlanetSurface>(self.planet);
+            if let Some(surface) = surface.filter(|_| rests) {
+                return Ok(surface.share());
+            }
+            if start.elapsed() > PATIENCE {
+                return Err("the planet did not grow in time".into());
+            }
+        }
+    }
+
+    /// Puts the camera near the ground, less than half a radius above it, which is drawn in detail from now on. The
+    /// planet is moved around it.
+    pub fn look(&mut self, look: Look) {
+        let world = self.app.world_mut();
+        let radius_km = world.get::<PlanetSurface>(self.planet).unwrap().radius_km;
+        let scale = f64::from(world.get::<Planet>(self.planet).unwrap().radius) / radius_km;
+        let up = to_scene(look.place_m.normalize());
+        *world.get_mut::<Transform>(self.planet).unwrap() =
+            Transform::from_translation(-to_scene(look.place_m * (0.001 * scale)));
+        world.entity_mut(self.planet).insert(PlanetTiles::default());
+        world.entity_mut(self.camera).insert((
+            Viewpoint {
+                planet: self.planet,
+                place_m: look.place_m,
+            },
+            Transform::default().looking_to(to_scene(look.forward), up),
+        ));
+        *world.get_mut::<Transform>(self.sun).unwrap() =
+            Transform::default().looking_to(-to_scene(look.sun), up);
+    }
+
     /// Draws frames until the history rests and its surface is seen in all its detail, then takes a
     /// picture.
     ///
@@ -179,7 +234,9 @@ impl Studio {
             let rests = matches!(growth.state, GrowthState::Finished | GrowthState::Resting);
             let time_my = growth.progress.time_my;
             let drawn = self.app.world().get::<Drawn>(self.planet).copied();
+            let tiles = self.app.world().get::<TilesDrawn>(self.planet);
             let is_settled = rests
+                && tiles.is_none_or(|tiles| tiles.missing == 0 && tiles.share == 1.0)
                 && !self.growth().hidden
                 && drawn.is_some_and(|drawn| drawn.settled && drawn.time_my == time_my);
             settled = is_settled.then(|| settled.unwrap_or_else(Instant::now));

@@ -1,0 +1,472 @@
+//! A flight from deep space to a mountain valley.
+//!
+//! `cargo run --release --example flyover`
+//!
+//! `-- --record frames` writes numbered pictures in place of opening a window, `-- --measure` flies off screen as fast
+//! as it can and says what frames cost.
+
+use bevy::{
+    app::PluginsState,
+    camera::RenderTarget,
+    math::DVec3,
+    prelude::*,
+    render::{
+        pipelined_rendering::PipelinedRenderingPlugin,
+        render_resource::{PollType, TextureFormat},
+        renderer::RenderDevice,
+        view::screenshot::{Screenshot, ScreenshotCaptured},
+    },
+    window::ExitCondition,
+    winit::WinitPlugin,
+};
+use bevy_tectonics::{
+    planet::to_scene,
+    prelude::*,
+    render::{PlanetTiles, TilesDrawn, Viewpoint},
+    simulation::Orogeny,
+    surface::{Terrain, east_north},
+};
+use clap::Parser;
+use core::{error::Error, time::Duration};
+use indicatif::ProgressBar;
+use libm::{cos, exp, log, sin};
+use std::{
+    fs::{self, File},
+    io::BufWriter,
+    path::{Path, PathBuf},
+    process::ExitCode,
+    sync::{Arc, Mutex, PoisonError},
+    time::Instant,
+};
+
+/// Radius of the planet in m, and of the world.
+const RADIUS: f64 = 6.371e6;
+/// Altitudes in m between which the camera comes down.
+const ALTITUDES: (f64, f64) = (9.0 * RADIUS, 60.0);
+/// Share of the flight after which the camera glides along the valley.
+const ARRIVAL: f64 = 0.8;
+/// Length of the glide in m.
+const GLIDE_M: f64 = 3000.0;
+
+#[derive(Parser, Resource, Clone)]
+struct Arguments {
+    /// Seed of the planet.
+    #[arg(long, default_value_t = 206)]
+    seed: u64,
+    /// Number of sub-plates, 200 to 2,000,000.
+    #[arg(long, default_value_t = 10_000)]
+    sub_plates: u32,
+    /// Age of the planet in My.
+    #[arg(long, default_value_t = 150.0)]
+    duration: f64,
+    /// Length of the flight in s.
+    #[arg(long, default_value_t = 60.0)]
+    seconds: f64,
+    /// Pictures a second where they are written.
+    #[arg(long, default_value_t = 30.0)]
+    rate: f64,
+    /// Width of the pictures in pixels.
+    #[arg(long, default_value_t = 1920)]
+    width: u32,
+    /// Height of the pictures in pixels.
+    #[arg(long, default_value_t = 1080)]
+    height: u32,
+    /// A folder for numbered pictures.
+    #[arg(long)]
+    record: Option<PathBuf>,
+    /// Flies off screen as fast as it can and says what frames cost.
+    #[arg(long)]
+    measure: bool,
+}
+
+/// Where the flight goes, once there is ground.
+#[derive(Resource)]
+struct Flight {
+    surface: Arc<Surface>,
+    /// The valley, and the way the camera comes from.
+    valley: DVec3,
+    from: DVec3,
+    /// Where the sun stands.
+    sun: DVec3,
+    /// 0 to 1.
+    progress: f64,
+}
+
+#[derive(Resource)]
+struct Canvas(Handle<Image>);
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let result = if arguments.record.is_some() || arguments.measure {
+        fly_off_screen(&arguments)
+    } else {
+        App::new()
+            .add_plugins((DefaultPlugins, TectonicsPlugins))
+            .insert_resource(arguments)
+            .insert_resource(ClearColor(Color::BLACK))
+            .add_systems(Startup, setup)
+            .add_systems(Update, (plan, advance, fly).chain())
+            .run();
+        Ok(())
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn setup(mut commands: Commands, arguments: Res<Arguments>, canvas: Option<Res<Canvas>>) {
+    let recipe = Recipe::earth_like(arguments.seed)
+        .with_sub_plates(arguments.sub_plates)
+        .with_duration(arguments.duration);
+    let planet = commands.spawn((
+        Planet::new(recipe).with_radius(RADIUS as f32),
+        PlanetView {
+            exaggeration: 1.0,
+            ..default()
+        },
+        PlanetTiles::default(),
+    ));
+    let planet = planet.id();
+    let place_m = DVec3::X * (RADIUS + ALTITUDES.0);
+    let mut camera = commands.spawn((Camera3d::default(), Viewpoint { planet, place_m }));
+    if let Some(canvas) = canvas {
+        camera.insert(RenderTarget::from(canvas.0.clone()));
+    }
+    commands.spawn(DirectionalLight::default());
+}
+
+/// Looks for a valley below high mountains as soon as there are any.
+fn plan(
+    mut commands: Commands,
+    flight: Option<Res<Flight>>,
+    planets: Query<(&Growth, &PlanetSurface)>,
+) -> Result {
+    let Ok((growth, surface)) = planets.single() else {
+        return Ok(());
+    };
+    if flight.is_some() || !matches!(growth.state, GrowthState::Finished) {
+        return Ok(());
+    }
+    let surface = surface.share();
+    let (valley, from) = find_valley(&surface)?;
+    let (east, _) = east_north(valley);
+    commands.insert_resource(Flight {
+        surface,
+        valley,
+        from,
+        // In the morning.
+        sun: (valley * 0.45 + east).normalize(),
+        progress: 0.0,
+    });
+    Ok(())
+}
+
+/// The lowest ground near the highest young range, and the flattest way there.
+fn find_valley(surface: &Surface) -> Result<(DVec3, DVec3)> {
+    let young = |v: &usize| surface.orogeny[*v] != Orogeny::None && surface.orogeny_age[*v] < 60.0;
+    let rows = 0..surface.elevation.len();
+    let highest = |rows: &mut dyn Iterator<Item = usize>| {
+        rows.max_by(|&a, &b| surface.elevation[a].total_cmp(&surface.elevation[b]))
+    };
+    let summit = highest(&mut rows.clone().filter(young)).or_else(|| highest(&mut rows.clone()));
+    let summit = surface
+        .mesh
+        .site(summit.ok_or("a planet without ground")? as u32);
+    let mut terrain = Terrain::new(surface, 200.0)?;
+    let near = |at: DVec3, x: f64, y: f64| {
+        let (east, north) = east_north(at);
+        (at + (east * x + north * y) / RADIUS).normalize()
+    };
+    let steps = || (-30..=30).flat_map(|x| (-30..=30).map(move |y| (f64::from(x), f64::from(y))));
+    let lowest = steps()
+        .map(|(x, y)| near(summit, 600.0 * x, 600.0 * y))
+        .map(|place| (place, terrain.elevation(place)))
+        .min_by(|a, b| a.1.total_cmp(&b.1));
+    let (valley, _) = lowest.ok_or("no ground near the summit")?;
+    // The way along the valley: where the ground rises least.
+    let rise = |turn: f64| {
+        let mut sum = 0.0;
+        for step in 1..=20 {
+            let reach = 250.0 * f64::from(step);
+            sum += terrain.elevation(near(valley, reach * cos(turn), reach * sin(turn)));
+        }
+        sum
+    };
+    let turns = (0..36).map(|turn| f64::from(turn) * 10_f64.to_radians());
+    let mut rise = rise;
+    let best = turns
+        .map(|turn| (turn, rise(turn)))
+        .min_by(|a, b| a.1.total_cmp(&b.1));
+    let (turn, _) = best.ok_or("no way out of the valley")?;
+    let (east, north) = east_north(valley);
+    Ok((valley, east * cos(turn) + north * sin(turn)))
+}
+
+impl Flight {
+    /// Place of the camera in m from the planet's centre, and where it looks.
+    fn pose(&self) -> Result<(DVec3, DVec3)> {
+        let down = (self.progress / ARRIVAL).min(1.0);
+        // Slower at both ends.
+        let eased = down * down * (3.0 - 2.0 * down);
+        let (high, low) = ALTITUDES;
+        let altitude = exp(log(high) + (log(low) - log(high)) * eased);
+        // The camera comes along the valley, ever lower, and goes on along it.
+        let glide = ((self.progress - ARRIVAL) / (1.0 - ARRIVAL)).max(0.0);
+        let behind = (1.6 * altitude / RADIUS).min(0.9) + (1.0 - glide * glide) * GLIDE_M / RADIUS;
+        let up = (self.valley * cos(behind) + self.from * sin(behind)).normalize();
+        let forward = (self.valley - up * self.valley.dot(up)).normalize_or(-self.from);
+        // Well above what is below, however rough.
+        let mut terrain = Terrain::new(&self.surface, 0.3 * altitude)?;
+        let mut below = f32::MIN;
+        for ahead in [0.0, 0.5, 1.0, 2.0] {
+            let place = (up + forward * (ahead * altitude / RADIUS)).normalize();
+            below = below.max(terrain.elevation(place));
+        }
+        let place = up * (RADIUS + f64::from(below.max(0.0)) + altitude);
+        // Down at the valley from afar, ahead when it is near.
+        let level = ((log(40_000.0) - log(altitude)) / log(200.0)).clamp(0.0, 1.0);
+        let ahead = forward - up * 0.05;
+        let target = self.valley * RADIUS - place;
+        let look = target
+            .normalize()
+            .lerp(ahead, level * level * (3.0 - 2.0 * level));
+        Ok((place, look.normalize()))
+    }
+}
+
+/// Goes on as time does, as soon as the planet is to be seen; in the end from the start.
+fn advance(
+    time: Res<Time>,
+    arguments: Res<Arguments>,
+    flight: Option<ResMut<Flight>>,
+    drawn: Query<&bevy_tectonics::render::Drawn>,
+) {
+    let Some(mut flight) = flight else {
+        return;
+    };
+    if drawn.iter().any(|drawn| drawn.settled) {
+        flight.progress += time.delta_secs_f64() / arguments.seconds.max(1.0);
+        if flight.progress > 1.1 && arguments.record.is_none() && !arguments.measure {
+            flight.progress = 0.0;
+        }
+    }
+}
+
+/// Puts the camera where the flight is: it stays at the origin, and the planet moves around it.
+fn fly(
+    flight: Option<Res<Flight>>,
+    mut cameras: Query<(&mut Viewpoint, &mut Transform), With<Camera3d>>,
+    mut planets: Query<&mut Transform, (With<Planet>, Without<Camera3d>)>,
+    mut suns: Query<&mut Transform, (With<DirectionalLight>, Without<Planet>, Without<Camera3d>)>,
+) -> Result {
+    let (place_m, look, sun) = match &flight {
+        Some(flight) => {
+            let (place, look) = flight.pose()?;
+            (place, look, flight.sun)
+        }
+        None => {
+            let place = DVec3::new(1.0, -0.4, 0.3).normalize() * (RADIUS + ALTITUDES.0);
+            (place, -place.normalize(), DVec3::new(0.6, 0.8, 0.2))
+        }
+    };
+    // North is up from afar, up is up from near.
+    let up = place_m.normalize();
+    let lean = ((place_m.length() - RADIUS) / RADIUS).clamp(0.0, 1.0);
+    let head = to_scene((up * (1.0 - lean) + DVec3::Z * lean).normalize_or(up));
+    for (mut viewpoint, mut transform) in &mut cameras {
+        viewpoint.place_m = place_m;
+        *transform = Transform::default().looking_to(to_scene(look), head);
+    }
+    for mut transform in &mut planets {
+        transform.translation = -to_scene(place_m);
+    }
+    for mut transform in &mut suns {
+        *transform = Transform::default().looking_to(-to_scene(sun), Vec3::Y);
+    }
+    Ok(())
+}
+
+/// Draws to an image in place of a window.
+fn fly_off_screen(arguments: &Arguments) -> Result<(), String> {
+    let mut app = App::new();
+    app.add_plugins(
+        DefaultPlugins
+            .build()
+            .disable::<WinitPlugin>()
+            .disable::<PipelinedRenderingPlugin>()
+            .set(WindowPlugin {
+                primary_window: None,
+                exit_condition: ExitCondition::DontExit,
+                ..default()
+            }),
+    )
+    .add_plugins(TectonicsPlugins)
+    .insert_resource(arguments.clone())
+    .insert_resource(ClearColor(Color::BLACK))
+    .add_systems(Update, (plan, fly).chain());
+    while app.plugins_state() == PluginsState::Adding {
+        bevy::tasks::tick_global_task_pools_on_main_thread();
+    }
+    app.finish();
+    app.cleanup();
+    let format = TextureFormat::Rgba8UnormSrgb;
+    let (width, height) = (
+        arguments.width.clamp(16, 8192),
+        arguments.height.clamp(16, 8192),
+    );
+    let canvas = Image::new_target_texture(width, height, format, None);
+    let canvas = app.world_mut().resource_mut::<Assets<Image>>().add(canvas);
+    app.insert_resource(Canvas(canvas.clone()));
+    let _ = app.world_mut().run_system_cached(setup);
+    println!(
+        "growing {} My of seed {}",
+        arguments.duration, arguments.seed
+    );
+    let mut settled = false;
+    while !settled {
+        app.update();
+        let world = app.world_mut();
+        for growth in world.query::<&Growth>().iter(world) {
+            if let GrowthState::Failed(failure) = &growth.state {
+                return Err(failure.to_string());
+            }
+        }
+        let mut drawn = world.query::<&bevy_tectonics::render::Drawn>();
+        settled =
+            world.contains_resource::<Flight>() && drawn.iter(world).any(|drawn| drawn.settled);
+    }
+    match &arguments.record {
+        Some(folder) => record(&mut app, arguments, folder, &canvas),
+        None => {
+            measure(&mut app, arguments);
+            Ok(())
+        }
+    }
+}
+
+/// Longest time for which a picture waits for tiles.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Pictures of the flight, each complete.
+fn record(
+    app: &mut App,
+    arguments: &Arguments,
+    folder: &Path,
+    canvas: &Handle<Image>,
+) -> Result<(), String> {
+    fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    let frames = (arguments.seconds * arguments.rate).clamp(2.0, 1e6) as u32;
+    let bar = ProgressBar::new(u64::from(frames));
+    for frame in 0..frames {
+        app.world_mut().resource_mut::<Flight>().progress =
+            f64::from(frame) / f64::from(frames - 1);
+        let start = Instant::now();
+        // A change is seen a frame later.
+        app.update();
+        loop {
+            let before = tiles(app);
+            app.update();
+            let now = tiles(app);
+            let is_complete = now.missing_in_view == 0 && now.share == before.share;
+            if is_complete || start.elapsed() > PATIENCE {
+                break;
+            }
+        }
+        let path = folder.join(format!("{frame:05}.png"));
+        let taken = Arc::new(Mutex::new(None));
+        let done = taken.clone();
+        app.world_mut()
+            .spawn(Screenshot::image(canvas.clone()))
+            .observe(move |captured: On<ScreenshotCaptured>| {
+                *done.lock().unwrap_or_else(PoisonError::into_inner) = Some(captured.image.clone());
+            });
+        let picture = loop {
+            app.update();
+            if let Some(picture) = taken.lock().unwrap_or_else(PoisonError::into_inner).take() {
+                break picture;
+            }
+            if start.elapsed() > 2 * PATIENCE {
+                return Err("nothing was drawn".into());
+            }
+        };
+        save(&picture, &path).map_err(|error| format!("{}: {error}", path.display()))?;
+        bar.inc(1);
+    }
+    bar.finish();
+    println!("{frames} pictures in {}", folder.display());
+    Ok(())
+}
+
+fn save(picture: &Image, path: &Path) -> Result<(), Box<dyn Error>> {
+    let (width, height) = (picture.width(), picture.height());
+    let mut encoder = png::Encoder::new(BufWriter::new(File::create(path)?), width, height);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.set_depth(png::BitDepth::Eight);
+    let pixels = picture.data.as_deref().ok_or("a picture without pixels")?;
+    encoder.write_header()?.write_image_data(pixels)?;
+    Ok(())
+}
+
+/// The flight in real time: what each frame costs, from its first system to its last pixel.
+fn measure(app: &mut App, arguments: &Arguments) {
+    let device = app.world().get_resource::<RenderDevice>().cloned();
+    let start = Instant::now();
+    let (mut costs, mut late_s, mut most) = (Vec::new(), 0.0_f32, TilesDrawn::default());
+    loop {
+        let progress = start.elapsed().as_secs_f64() / arguments.seconds.max(1.0);
+        if progress > 1.0 {
+            break;
+        }
+        app.world_mut().resource_mut::<Flight>().progress = progress;
+        let frame = Instant::now();
+        app.update();
+        if let Some(device) = &device {
+            // Frames would pile up on the GPU.
+            let _ = device.poll(PollType::wait_indefinitely());
+        }
+        costs.push(frame.elapsed().as_secs_f64() * 1000.0);
+        let tiles = tiles(app);
+        late_s = late_s.max(tiles.late_s);
+        if tiles.drawn > most.drawn {
+            most = tiles;
+        }
+    }
+    let seconds = start.elapsed().as_secs_f64();
+    let made = tiles(app).made;
+    let frames = costs.len();
+    costs.sort_by(f64::total_cmp);
+    let at = |share: f64| costs[((frames as f64 * share) as usize).min(frames - 1)];
+    println!(
+        "| {} x {}, {frames} frames | median | 95 % | 99 % | worst |",
+        arguments.width, arguments.height
+    );
+    println!("|---|--:|--:|--:|--:|");
+    println!(
+        "| ms | {:.1} | {:.1} | {:.1} | {:.1} |",
+        at(0.5),
+        at(0.95),
+        at(0.99),
+        at(1.0)
+    );
+    println!(
+        "{:.1} frames a second, {made} tiles made, {:.0} a second",
+        frames as f64 / seconds,
+        f64::from(made) / seconds
+    );
+    println!(
+        "at most {} tiles drawn, {:.1} million triangles, {} kept; in view, the latest came {late_s:.2} s late",
+        most.drawn,
+        f64::from(most.triangles) * 1e-6,
+        most.kept
+    );
+}
+
+fn tiles(app: &mut App) -> TilesDrawn {
+    let world = app.world_mut();
+    let mut drawn = world.query::<&TilesDrawn>();
+    drawn.iter(world).next().copied().unwrap_or_default()
+}

@@ -1,0 +1,349 @@
+//! The tiles that a planet has: made on background tasks, drawn, kept for a while, given up.
+
+use super::{
+    Outlook, PlanetTiles, SEA, TilesDrawn,
+    address::{Address, Bounds, DEEPEST, QUADS},
+    choice::{Choice, Eyes, LEAST_REACH},
+    tile::{Tile, grow},
+};
+use crate::{
+    planet::PlanetView,
+    render::{
+        globe::{exaggeration, pool},
+        material::PlanetMaterial,
+    },
+    simulation::Surface,
+    surface::SurfaceError,
+};
+use bevy::{
+    camera::{primitives::Aabb, visibility::NoAutoAabb},
+    light::{NotShadowCaster, NotShadowReceiver},
+    mesh::MeshTag,
+    platform::collections::HashMap,
+    prelude::*,
+    tasks::{Task, futures::check_ready},
+};
+use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
+use std::sync::Arc;
+
+/// Seconds in which a new tile glides from its parent's shape to its own, and in which tiles take over in place.
+const GLIDE_S: f32 = 0.4;
+/// Frames for which a tile that is not drawn is kept in any case.
+const SPARED: u32 = 60;
+/// Ground that is surely above this, in m.
+const LOWEST_M: f64 = -12_000.0;
+/// Height in m by which a tile may leave its range on the way to its parent's shape.
+const MARGIN_M: f32 = 100.0;
+
+/// What tiles are chosen and drawn by.
+pub(super) struct Scene<'a> {
+    pub planet: Entity,
+    pub outlook: &'a Outlook,
+    pub view: &'a PlanetView,
+    pub tiles: &'a PlanetTiles,
+    pub material: &'a Handle<PlanetMaterial>,
+}
+
+impl Scene<'_> {
+    /// See [`PlanetTiles::reach`].
+    pub fn reach(&self) -> f64 {
+        let reach = f64::from(self.tiles.reach);
+        if reach.is_finite() {
+            reach.clamp(LEAST_REACH, 10.0)
+        } else {
+            LEAST_REACH
+        }
+    }
+}
+
+/// Radii per m of elevation.
+pub(super) fn relief_scale(view: &PlanetView, surface: &Surface) -> f64 {
+    f64::from(exaggeration(view)) / (1000.0 * surface.radius_km)
+}
+
+/// A tile of the planet.
+#[derive(Component)]
+struct TileOf(#[expect(dead_code, reason = "for those who look at the world")] Entity);
+
+pub(super) struct Forest {
+    pub surface: Arc<Surface>,
+    pub nodes: HashMap<Address, Node>,
+    tasks: HashMap<Address, Growing>,
+    /// Seconds for which tiles have been missing.
+    waiting: HashMap<Address, f32>,
+    pub frame: u32,
+    made: u32,
+    /// Whether tiles once covered all that was in view.
+    complete: bool,
+    /// Share of the picture that tiles have taken over.
+    pub share: f32,
+}
+
+/// A tile that is there.
+pub(super) struct Node {
+    tile: Arc<Tile>,
+    mesh: Handle<Mesh>,
+    pub ground: Option<Entity>,
+    pub sea: Option<Entity>,
+    /// The last frame in which it was drawn; 0 if it never was.
+    pub frame: u32,
+    /// The last frame in which anything depended on it.
+    used: AtomicU32,
+    /// Seconds since it took over from its parent.
+    seconds: f32,
+}
+
+/// A tile in the making. Dropping it stops it.
+struct Growing(Task<Result<(Tile, Mesh), SurfaceError>>);
+
+impl Node {
+    /// Whether there is ground above the sea, and sea.
+    pub fn shows(&self, view: &PlanetView) -> [bool; 2] {
+        let [low, high] = self.tile.range;
+        if view.sea {
+            let level = view.sea_level_m;
+            [high > level - MARGIN_M, low < level + MARGIN_M]
+        } else {
+            [true, false]
+        }
+    }
+
+    /// What the shader wants to know of a tile: its level, and how far it has come from its parent's shape.
+    pub fn tag(&self, address: Address) -> u32 {
+        let glide = (self.seconds / GLIDE_S).clamp(0.0, 1.0);
+        u32::from(address.level) | (255.0 * glide) as u32 * 256
+    }
+
+    /// A box around all that may be drawn of it, relative to its middle.
+    pub fn bounds(&self, address: Address, scale: f64) -> Aabb {
+        let [low, high] = self.tile.range;
+        let radius = |height: f32| 1.0 + scale * f64::from(height);
+        let skirt = address.size() / f64::from(QUADS / 2);
+        let low = radius((low - MARGIN_M).min(0.0)) - skirt;
+        Bounds::new(address, low, radius(high.max(0.0) + MARGIN_M)).around(address.middle())
+    }
+}
+
+impl Forest {
+    pub fn new(surface: Arc<Surface>) -> Self {
+        Self {
+            surface,
+            nodes: HashMap::default(),
+            tasks: HashMap::default(),
+            waiting: HashMap::default(),
+            frame: 0,
+            made: 0,
+            complete: false,
+            share: 0.0,
+        }
+    }
+
+    /// Takes what is ready, chooses what is drawn, and has the missing made.
+    pub fn tend(
+        &mut self,
+        scene: &Scene,
+        share: f32,
+        seconds: f32,
+        meshes: &mut Assets<Mesh>,
+        commands: &mut Commands,
+    ) -> TilesDrawn {
+        self.receive(scene.tiles.per_frame, meshes);
+        let choice = self.choose(scene);
+        self.wait(&choice, seconds);
+        self.order(&choice);
+        self.draw(scene, &choice, seconds, commands);
+        self.thin(scene.tiles.kept, commands);
+        let in_view = choice.wanted.iter().filter(|wanted| wanted.in_view);
+        let late = in_view.clone().map(|wanted| self.waiting[&wanted.address]);
+        let late_s = late.fold(0.0, f32::max);
+        self.complete |= !choice.drawn.is_empty() && in_view.clone().next().is_none();
+        let goal = if self.complete { share } else { 0.0 };
+        let step = seconds / GLIDE_S;
+        self.share += (goal - self.share).clamp(-step, step);
+        TilesDrawn {
+            drawn: choice.drawn.len() as u32,
+            triangles: choice.drawn.len() as u32 * 2 * QUADS * QUADS,
+            kept: self.nodes.len() as u32,
+            missing: choice.wanted.len() as u32,
+            missing_in_view: in_view.count() as u32,
+            late_s,
+            made: self.made,
+            share: self.share,
+        }
+    }
+
+    fn receive(&mut self, most: u32, meshes: &mut Assets<Mesh>) {
+        let mut left = most.max(1);
+        let (nodes, made, frame) = (&mut self.nodes, &mut self.made, self.frame);
+        self.tasks.retain(|&address, Growing(task)| {
+            if left == 0 {
+                return true;
+            }
+            match check_ready(task) {
+                None => true,
+                // A surface with columns of uneven length has no tiles: it is drawn as a sphere.
+                Some(Err(_)) => false,
+                Some(Ok((tile, mesh))) => {
+                    left -= 1;
+                    *made += 1;
+                    let node = Node {
+                        tile: Arc::new(tile),
+                        mesh: meshes.add(mesh),
+                        ground: None,
+                        sea: None,
+                        frame: 0,
+                        used: AtomicU32::new(frame),
+                        seconds: GLIDE_S,
+                    };
+                    nodes.insert(address, node);
+                    false
+                }
+            }
+        });
+    }
+
+    fn choose(&self, scene: &Scene) -> Choice {
+        let radius_m = 1000.0 * self.surface.radius_km;
+        let finest_m = f64::from(scene.tiles.finest_m).max(1.0);
+        let level = libm::log2(Address::SPAN * radius_m / (f64::from(QUADS) * finest_m));
+        let scale = relief_scale(scene.view, &self.surface);
+        let lowest = if scene.view.sea {
+            f64::from(scene.view.sea_level_m).min(0.0)
+        } else {
+            LOWEST_M
+        };
+        Eyes {
+            places: &scene.outlook.places,
+            gazes: &scene.outlook.gazes,
+            reach: scene.reach(),
+            deepest: level.clamp(0.0, f64::from(DEEPEST)) as u8,
+            scale,
+            horizon: 1.0 + scale * lowest,
+        }
+        .choose(|address| {
+            let node = self.nodes.get(&address)?;
+            node.used.store(self.frame, Relaxed);
+            Some(node.tile.range)
+        })
+    }
+
+    fn wait(&mut self, choice: &Choice, seconds: f32) {
+        let before = core::mem::take(&mut self.waiting);
+        let missing = choice.wanted.iter().map(|wanted| wanted.address);
+        self.waiting = missing
+            .map(|address| {
+                (
+                    address,
+                    before.get(&address).map_or(0.0, |past| past + seconds),
+                )
+            })
+            .collect();
+    }
+
+    /// Has the most urgent tiles made, and stops what nobody wants any more.
+    fn order(&mut self, choice: &Choice) {
+        self.tasks
+            .retain(|address, _| self.waiting.contains_key(address));
+        let most = 2 * pool().thread_num().max(1);
+        for wanted in &choice.wanted {
+            if self.tasks.len() >= most {
+                break;
+            }
+            let address = wanted.address;
+            if self.tasks.contains_key(&address) {
+                continue;
+            }
+            let parent = address.parent().and_then(|parent| self.nodes.get(&parent));
+            let parent = parent.map(|node| node.tile.clone());
+            let surface = self.surface.clone();
+            let task = pool().spawn(async move { grow(&surface, address, parent) });
+            self.tasks.insert(address, Growing(task));
+        }
+    }
+
+    fn draw(&mut self, scene: &Scene, choice: &Choice, seconds: f32, commands: &mut Commands) {
+        let last = self.frame;
+        self.frame += 1;
+        for &address in &choice.drawn {
+            let was_drawn = |node: &Node| node.frame == last && last > 0;
+            let parent = address.parent().and_then(|parent| self.nodes.get(&parent));
+            let refines = parent.is_some_and(was_drawn);
+            let Some(node) = self.nodes.get_mut(&address) else {
+                continue;
+            };
+            node.seconds = match (was_drawn(node), refines) {
+                (true, _) => (node.seconds + seconds).min(GLIDE_S),
+                (false, true) => 0.0,
+                (false, false) => GLIDE_S,
+            };
+            node.frame = self.frame;
+            let [ground, sea] = node.shows(scene.view);
+            let (tag, mesh) = (node.tag(address), node.mesh.clone());
+            let mut part = |name: &'static str, flag| {
+                let part = (
+                    Name::new(name),
+                    TileOf(scene.planet),
+                    Mesh3d(mesh.clone()),
+                    MeshMaterial3d(scene.material.clone()),
+                    MeshTag(tag | flag),
+                    scene.outlook.transform(address),
+                    (
+                        Visibility::Hidden,
+                        NotShadowCaster,
+                        NotShadowReceiver,
+                        NoAutoAabb,
+                    ),
+                    Aabb::default(),
+                );
+                Some(commands.spawn(part).id())
+            };
+            if ground && node.ground.is_none() {
+                node.ground = part("Tile of ground", 0);
+            }
+            if sea && node.sea.is_none() {
+                node.sea = part("Tile of sea", SEA);
+            }
+        }
+    }
+
+    /// Gives up tiles that have not been needed for longest, if there are too many.
+    fn thin(&mut self, kept: u32, commands: &mut Commands) {
+        let excess = self.nodes.len().saturating_sub(kept as usize);
+        if excess == 0 {
+            return;
+        }
+        let has_children = |address: Address| {
+            let mut children = address.children().into_iter();
+            address.level < DEEPEST && children.any(|child| self.nodes.contains_key(&child))
+        };
+        let idle = |node: &Node| self.frame - node.used.load(Relaxed) > SPARED;
+        let mut spare: Vec<(u32, Address)> = self
+            .nodes
+            .iter()
+            .filter(|&(&address, node)| address.level > 0 && idle(node) && !has_children(address))
+            .map(|(&address, node)| (node.used.load(Relaxed), address))
+            .collect();
+        spare.sort_unstable();
+        for (_, address) in spare.into_iter().take(excess) {
+            if let Some(node) = self.nodes.remove(&address) {
+                node.fell(commands);
+            }
+        }
+    }
+
+    pub fn fell(self, commands: &mut Commands) {
+        for node in self.nodes.into_values() {
+            node.fell(commands);
+        }
+    }
+}
+
+impl Node {
+    fn fell(self, commands: &mut Commands) {
+        for part in [self.ground, self.sea].into_iter().flatten() {
+            if let Ok(mut part) = commands.get_entity(part) {
+                part.try_despawn();
+            }
+        }
+    }
+}

@@ -1,0 +1,398 @@
+//! Ground up close: tiles of terrain, finer where a camera is near, from orbit down to where a player stands.
+//!
+//! From afar a planet is one sphere with cube maps. As a camera comes closer than a radius, tiles take over: squares
+//! of 64 × 64 quads on the faces of a cube, split into four where they are near ([`choice`]). They are made on
+//! background tasks ([`tile`]). Towards the distance at which a parent takes its place, each vertex glides to
+//! where the parent's flat triangles are, so nothing pops and nothing cracks.
+//!
+//! Vertices are relative to the middle of their tile, and tiles are placed relative to the camera in double
+//! precision: see [`Viewpoint`].
+
+mod address;
+mod choice;
+mod forest;
+mod tile;
+
+use super::globe::{Close, Globe};
+use crate::{
+    planet::{Planet, PlanetSurface, PlanetView},
+    surface::cube,
+};
+use address::Address;
+use bevy::{
+    asset::AssetEventSystems,
+    camera::{primitives::Aabb, visibility::VisibilitySystems},
+    math::{DQuat, DVec3},
+    mesh::MeshTag,
+    prelude::*,
+    time::Real,
+    transform::{TransformSystems, helper::TransformHelper},
+};
+use forest::{Forest, Scene, relief_scale};
+use std::sync::Arc;
+pub(super) use tile::{COARSE_SLOPE, HEIGHTS, PLACE, SLOPE, UP};
+
+/// Draws a planet's ground in detail where a camera is near: put it on a [`Planet`].
+///
+/// Heights are drawn as [`PlanetView::exaggeration`] says; only 1 is true to scale. While a history goes on, the
+/// planet is drawn without tiles; they come back when it rests.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use bevy_tectonics::{prelude::*, render::PlanetTiles};
+///
+/// fn setup(mut commands: Commands) {
+///     commands.spawn((
+///         Planet::new(Recipe::earth_like(7)).with_radius(6.371e6),
+///         PlanetView { exaggeration: 1.0, ..default() },
+///         PlanetTiles::default(),
+///     ));
+/// }
+/// ```
+#[derive(Component, Debug, Clone, Copy, PartialEq, Reflect)]
+#[reflect(Component, Default)]
+#[require(Tiling, TilesDrawn)]
+pub struct PlanetTiles {
+    /// How many times its own length a tile is away when it is drawn as a whole, 2.6 to 10. Twice as much has
+    /// four times as many triangles. At 3, a quad covers 4 to 8 pixels of a picture 1080 pixels high.
+    pub reach: f32,
+    /// Length of the finest quads in m, at least 1.
+    pub finest_m: f32,
+    /// Tiles that enter the scene in one frame at most.
+    pub per_frame: u32,
+    /// Tiles that are kept, unless more are needed: some 700 from 30 km above the ground, 1,200 on it. Each takes
+    /// 0.4 MB of the GPU's memory.
+    pub kept: u32,
+}
+
+impl Default for PlanetTiles {
+    fn default() -> Self {
+        Self {
+            reach: 3.0,
+            finest_m: 1.0,
+            per_frame: 8,
+            kept: 1600,
+        }
+    }
+}
+
+/// Where a camera is, more finely than its `Transform` can say: put it on the camera.
+///
+/// A `Transform` counts in 32 bits, which on a planet like Earth are steps of half a metre. With a viewpoint, tiles
+/// are placed around the camera as if it were exactly there; the rotation of planet and camera still come from
+/// their transforms. Keep the camera near the origin of its world and move the planet around it, as games with a
+/// floating origin do.
+///
+/// Without one, tiles go by the transforms alone, which is enough for planets of the size of a toy seen from
+/// above.
+#[derive(Component, Debug, Clone, Copy, PartialEq, Reflect)]
+#[reflect(Component)]
+pub struct Viewpoint {
+    /// The planet.
+    pub planet: Entity,
+    /// From the planet's centre to the camera, in m, in the frame of queries: north is +Z.
+    pub place_m: DVec3,
+}
+
+/// What of a planet's tiles is on the screen. Written by the renderer alone, on planets with [`PlanetTiles`].
+#[derive(Component, Debug, Clone, Copy, Default, PartialEq, Reflect)]
+#[reflect(Component, Default)]
+pub struct TilesDrawn {
+    /// Tiles that are drawn now.
+    pub drawn: u32,
+    /// Triangles of the ground that are drawn now, before what lies beside the picture is left out.
+    pub triangles: u32,
+    /// Tiles in memory.
+    pub kept: u32,
+    /// Tiles that would be drawn if they were there.
+    pub missing: u32,
+    /// Those of them in the direction of a camera.
+    pub missing_in_view: u32,
+    /// Longest time in s that one of these has been missing.
+    pub late_s: f32,
+    /// Tiles made since the planet's tiles appeared.
+    pub made: u32,
+    /// Share of the picture's pixels that tiles have taken over from the sphere.
+    pub share: f32,
+}
+
+/// Altitudes in radii at which tiles take over from the sphere, and beyond which there are none.
+const TAKE_OVER: (f64, f64) = (0.8, 1.1);
+const FORGET: f64 = 1.6;
+/// Seconds for which a surface has to stay the same before tiles are made of it.
+const REST_S: f32 = 1.0;
+/// Bit of a tile's tag that says that it is sea. Mirrored in `tile.wgsl`.
+const SEA: u32 = 1 << 31;
+
+pub(super) fn plugin(app: &mut App) {
+    app.register_type::<PlanetTiles>()
+        .register_type::<Viewpoint>()
+        .register_type::<TilesDrawn>()
+        .add_observer(stop)
+        .add_observer(disappear)
+        .add_systems(
+            PostUpdate,
+            (look, tend, place)
+                .chain()
+                .after(super::tend)
+                .in_set(super::PlanetRenderSystems::Tend)
+                .before(TransformSystems::Propagate)
+                .before(VisibilitySystems::VisibilityPropagate)
+                .before(VisibilitySystems::CheckVisibility)
+                .before(AssetEventSystems),
+        );
+}
+
+/// The tiles of a planet, beside its [`PlanetTiles`].
+#[derive(Component, Default)]
+pub(super) struct Tiling {
+    outlook: Option<Outlook>,
+    forest: Option<Forest>,
+    /// Seconds since the surface last changed.
+    rest: f32,
+}
+
+/// The planet and the cameras of this frame.
+struct Outlook {
+    /// Where cameras are and look, in the space of the planet's `Transform`, in radii.
+    places: Vec<DVec3>,
+    gazes: Vec<DVec3>,
+    /// The camera around which tiles are placed: in the world, and in the planet's space.
+    anchor: (Vec3, DVec3),
+    rotation: DQuat,
+    /// Radius in the world.
+    radius: f32,
+}
+
+impl Outlook {
+    /// Distance of the nearest camera from the sphere, in radii.
+    fn altitude(&self) -> f64 {
+        let altitudes = self.places.iter().map(|place| place.length() - 1.0);
+        altitudes.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Where a tile is drawn.
+    fn transform(&self, address: Address) -> Transform {
+        let (world, eye) = self.anchor;
+        let offset = self.rotation * ((address.middle() - eye) * f64::from(self.radius));
+        Transform {
+            translation: (world.as_dvec3() + offset).as_vec3(),
+            rotation: self.rotation.as_quat(),
+            scale: Vec3::splat(self.radius),
+        }
+    }
+}
+
+/// Finds out where the cameras are.
+fn look(
+    transforms: TransformHelper,
+    cameras: Query<(Entity, &Camera, Option<&Viewpoint>), With<Camera3d>>,
+    mut planets: Query<(Entity, &Planet, &PlanetSurface, &mut Tiling)>,
+) {
+    for (entity, planet, surface, mut tiling) in &mut planets {
+        tiling.outlook = None;
+        let Ok(to_world) = transforms.compute_global_transform(entity) else {
+            continue;
+        };
+        let (scale, rotation, centre) = to_world.to_scale_rotation_translation();
+        let radius = planet.radius * scale.x;
+        if !(radius > 0.0 && radius.is_finite() && centre.is_finite()) {
+            continue;
+        }
+        let rotation = rotation.as_dquat().normalize();
+        let to_planet = rotation.inverse();
+        let mut outlook = Outlook {
+            places: Vec::new(),
+            gazes: Vec::new(),
+            anchor: default(),
+            rotation,
+            radius,
+        };
+        let mut exact = false;
+        for (camera, settings, viewpoint) in &cameras {
+            let Ok(seen_from) = transforms.compute_global_transform(camera) else {
+                continue;
+            };
+            let place = match viewpoint.filter(|viewpoint| viewpoint.planet == entity) {
+                Some(viewpoint) => {
+                    cube::from_simulation(viewpoint.place_m / (1000.0 * surface.radius_km))
+                }
+                None => {
+                    let offset = seen_from.translation().as_dvec3() - centre.as_dvec3();
+                    to_planet * offset / f64::from(radius)
+                }
+            };
+            if !settings.is_active || !place.is_finite() || place.length() < 0.5 {
+                continue;
+            }
+            let is_exact = viewpoint.is_some_and(|viewpoint| viewpoint.planet == entity);
+            let is_nearest = outlook
+                .places
+                .iter()
+                .all(|other| place.length() < other.length());
+            if is_exact && !exact || is_exact == exact && is_nearest {
+                outlook.anchor = (seen_from.translation(), place);
+                exact = is_exact;
+            }
+            outlook.places.push(place);
+            outlook
+                .gazes
+                .push(to_planet * seen_from.forward().as_dvec3());
+        }
+        if !outlook.places.is_empty() {
+            tiling.outlook = Some(outlook);
+        }
+    }
+}
+
+type Tended = (
+    Entity,
+    Ref<'static, PlanetSurface>,
+    &'static PlanetView,
+    &'static PlanetTiles,
+    &'static mut Globe,
+    &'static mut Tiling,
+    &'static mut TilesDrawn,
+);
+
+/// Decides which tiles are drawn, and has the missing ones made.
+fn tend(
+    mut commands: Commands,
+    time: Option<Res<Time<Real>>>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut planets: Query<Tended, With<Planet>>,
+) {
+    let seconds = time.map_or(0.0, |time| time.delta_secs());
+    for (entity, surface, view, tiles, mut globe, mut tiling, mut drawn) in &mut planets {
+        let globe = globe.bypass_change_detection();
+        let tiling = &mut *tiling;
+        let Some(outlook) = &tiling.outlook else {
+            continue;
+        };
+        tiling.rest += seconds;
+        if surface.is_changed() {
+            tiling.rest = 0.0;
+        }
+        let altitude = outlook.altitude();
+        let newest = surface.share();
+        let is_old = |forest: &Forest| !Arc::ptr_eq(&forest.surface, &newest);
+        let is_over = tiling
+            .forest
+            .as_ref()
+            .is_some_and(|forest| forest.share == 0.0 && (is_old(forest) || altitude > FORGET));
+        if is_over && let Some(forest) = tiling.forest.take() {
+            forest.fell(&mut commands);
+        }
+        let rests = tiling.rest >= REST_S && globe.drawn().is_some_and(|drawn| drawn.settled);
+        if tiling.forest.is_none() && rests && altitude < FORGET {
+            tiling.forest = Some(Forest::new(newest.clone()));
+        }
+        let Some(forest) = &mut tiling.forest else {
+            globe.close = Close::default();
+            drawn.set_if_neq(TilesDrawn::default());
+            continue;
+        };
+        let wanted = if is_old(forest) || !rests {
+            0.0
+        } else {
+            let (near, far) = TAKE_OVER;
+            ((far - altitude) / (far - near)).clamp(0.0, 1.0) as f32
+        };
+        let scene = Scene {
+            planet: entity,
+            outlook,
+            view,
+            tiles,
+            material: &globe.material,
+        };
+        let now = forest.tend(&scene, wanted, seconds, &mut meshes, &mut commands);
+        globe.close = Close {
+            share: forest.share,
+            reach: scene.reach() as f32,
+        };
+        drawn.set_if_neq(now);
+    }
+}
+
+/// Puts tiles where the camera wants them, and hides what they replace.
+fn place(
+    planets: Query<(&PlanetView, &Globe, &Tiling, Option<&InheritedVisibility>)>,
+    mut parts: Query<(
+        &mut Transform,
+        &mut Visibility,
+        Option<(&mut MeshTag, &mut Aabb)>,
+    )>,
+) {
+    for (view, globe, tiling, visible) in &planets {
+        let Some(outlook) = &tiling.outlook else {
+            continue;
+        };
+        if globe.drawn().is_some()
+            && let Ok((_, mut visibility, _)) = parts.get_mut(globe.body)
+        {
+            visibility.set_if_neq(if globe.close.share < 1.0 {
+                Visibility::Inherited
+            } else {
+                Visibility::Hidden
+            });
+        }
+        let Some(forest) = &tiling.forest else {
+            continue;
+        };
+        let is_seen = forest.share > 0.0 && visible.is_none_or(|visible| visible.get());
+        let scale = relief_scale(view, &forest.surface);
+        for (&address, node) in &forest.nodes {
+            let is_drawn = is_seen && node.frame == forest.frame;
+            let [ground, sea] = node.shows(view);
+            for (part, shows, flag) in [(node.ground, ground, 0), (node.sea, sea, SEA)] {
+                let Some(Ok((mut transform, mut visibility, rest))) =
+                    part.map(|part| parts.get_mut(part))
+                else {
+                    continue;
+                };
+                if !(is_drawn && shows) {
+                    visibility.set_if_neq(Visibility::Hidden);
+                    continue;
+                }
+                visibility.set_if_neq(Visibility::Visible);
+                transform.set_if_neq(outlook.transform(address));
+                if let Some((mut tag, mut bounds)) = rest {
+                    tag.set_if_neq(MeshTag(node.tag(address) | flag));
+                    bounds.set_if_neq(node.bounds(address, scale));
+                }
+            }
+        }
+    }
+}
+
+/// Clears up after a planet that has no tiles any more.
+fn stop(
+    gone: On<Remove, PlanetTiles>,
+    mut planets: Query<(&mut Tiling, Option<&mut Globe>)>,
+    mut commands: Commands,
+) {
+    if let Ok((mut tiling, globe)) = planets.get_mut(gone.entity) {
+        if let Some(forest) = tiling.forest.take() {
+            forest.fell(&mut commands);
+        }
+        if let Some(mut globe) = globe {
+            globe.close = Close::default();
+            let body = globe.body;
+            if let Ok(mut body) = commands.get_entity(body) {
+                body.try_insert(Visibility::Inherited);
+            }
+        }
+        if let Ok(mut planet) = commands.get_entity(gone.entity) {
+            planet.try_remove::<(Tiling, TilesDrawn)>();
+        }
+    }
+}
+
+/// Clears up after a planet that is none any more.
+fn disappear(gone: On<Remove, Planet>, mut planets: Query<&mut Tiling>, mut commands: Commands) {
+    if let Ok(mut tiling) = planets.get_mut(gone.entity)
+        && let Some(forest) = tiling.forest.take()
+    {
+        forest.fell(&mut commands);
+    }
+}

@@ -1,0 +1,200 @@
+//! One tile: its ground, and the mesh that is drawn of it.
+
+use super::address::{Address, QUADS};
+use crate::{
+    simulation::Surface,
+    surface::{SurfaceError, Terrain, cube},
+};
+use bevy::{
+    asset::RenderAssetUsages,
+    mesh::{Indices, Mesh, MeshVertexAttribute, PrimitiveTopology},
+    render::render_resource::VertexFormat,
+};
+use glam::{DVec3, Vec3, Vec4};
+use std::sync::Arc;
+
+/// Upward unit vectors in the space of the planet's `Transform`.
+pub(in super::super) const UP: MeshVertexAttribute =
+    MeshVertexAttribute::new("Tile_Up", 0x7EC7_0001, VertexFormat::Float32x3);
+/// Slope of the ground in m per m, uphill.
+pub(in super::super) const SLOPE: MeshVertexAttribute =
+    MeshVertexAttribute::new("Tile_Slope", 0x7EC7_0002, VertexFormat::Float32x3);
+/// The same of the parent's ground.
+pub(in super::super) const COARSE_SLOPE: MeshVertexAttribute =
+    MeshVertexAttribute::new("Tile_CoarseSlope", 0x7EC7_0003, VertexFormat::Float32x3);
+/// Elevation, the parent's, both in km; how far the parent's flat triangles lie below the sphere, and how far the
+/// vertex is let down, in radii.
+pub(in super::super) const HEIGHTS: MeshVertexAttribute =
+    MeshVertexAttribute::new("Tile_Heights", 0x7EC7_0004, VertexFormat::Float32x4);
+/// Where the vertex lies in space, in m modulo [`PERIOD_M`]: finer than 32 bits can say of a whole planet.
+pub(in super::super) const PLACE: MeshVertexAttribute =
+    MeshVertexAttribute::new("Tile_Place", 0x7EC7_0005, VertexFormat::Float32x3);
+
+/// Patterns finer than tiles repeat after this distance in m. Mirrored in `tile.wgsl`.
+const PERIOD_M: f64 = 8192.0;
+/// Vertices along a side.
+const SIDE: usize = QUADS as usize + 1;
+/// Depth of the walls that hide cracks along the rim, in quads.
+const SKIRT: f64 = 2.0;
+
+/// The ground of a tile, kept for its children.
+#[derive(Debug)]
+pub(super) struct Tile {
+    pub address: Address,
+    /// Elevation in m, row by row.
+    heights: Vec<f32>,
+    slopes: Vec<Vec3>,
+    /// Lowest and highest elevation in m.
+    pub range: [f32; 2],
+}
+
+/// Samples a tile and builds its mesh. The vertices are relative to its [middle](Address::middle), in radii.
+///
+/// # Errors
+/// [`SurfaceError`] when a column does not have one value per sub-plate.
+pub(super) fn grow(
+    surface: &Surface,
+    address: Address,
+    parent: Option<Arc<Tile>>,
+) -> Result<(Tile, Mesh), SurfaceError> {
+    let radius_m = 1000.0 * surface.radius_km;
+    let mut terrain = Terrain::new(surface, address.size() * radius_m / f64::from(QUADS))?;
+    // One more all around, for slopes.
+    let wide = SIDE + 2;
+    let places = (0..wide * wide).map(|i| {
+        let at = |i: usize| i as f64 - 1.0;
+        address.direction(at(i % wide), at(i / wide))
+    });
+    let places: Vec<DVec3> = places.collect();
+    let raised: Vec<f32> = places
+        .iter()
+        .map(|&place| terrain.elevation(cube::to_simulation(place)))
+        .collect();
+    let inner = || (0..SIDE * SIDE).map(|i| (i / SIDE + 1) * wide + i % SIDE + 1);
+    let slopes = inner().map(|i| {
+        let along = (places[i + 1] - places[i - 1]) * radius_m;
+        let down = (places[i + wide] - places[i - wide]) * radius_m;
+        let rise = |step: usize| f64::from(raised[i + step] - raised[i - step]);
+        gradient(along, down, rise(1), rise(wide)).as_vec3()
+    });
+    let slopes: Vec<Vec3> = slopes.collect();
+    let heights: Vec<f32> = inner().map(|i| raised[i]).collect();
+    let low = heights.iter().copied().fold(f32::INFINITY, f32::min);
+    let high = heights.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+    let tile = Tile {
+        address,
+        heights,
+        slopes,
+        range: [low, high],
+    };
+    let directions: Vec<DVec3> = inner().map(|i| places[i]).collect();
+    let mesh = tile.mesh(&directions, radius_m, parent.as_deref());
+    Ok((tile, mesh))
+}
+
+/// The slope of a plane that rises by so much along two vectors.
+fn gradient(a: DVec3, b: DVec3, rise_a: f64, rise_b: f64) -> DVec3 {
+    let (aa, ab, bb) = (a.dot(a), a.dot(b), b.dot(b));
+    let area = (aa * bb - ab * ab).max(f64::MIN_POSITIVE);
+    a * ((rise_a * bb - rise_b * ab) / area) + b * ((rise_b * aa - rise_a * ab) / area)
+}
+
+impl Tile {
+    /// What the parent draws where this tile has a vertex: height, slope, and the place on its flat triangles.
+    fn coarse(
+        &self,
+        parent: &Tile,
+        directions: &[DVec3],
+        column: usize,
+        row: usize,
+    ) -> (f32, Vec3, DVec3) {
+        let half = QUADS as usize / 2;
+        let left = half * (self.address.x % 2) as usize;
+        let top = half * (self.address.y % 2) as usize;
+        // The parent's vertices on both sides; its quads are cut from lower left to upper right.
+        let [x0, x1] = [column / 2, column.div_ceil(2)];
+        let [y1, y0] = [row / 2, row.div_ceil(2)];
+        let pick = |x: usize, y: usize| (top + y) * SIDE + left + x;
+        let own = |x: usize, y: usize| directions[2 * y * SIDE + 2 * x];
+        let (a, b) = (pick(x0, y0), pick(x1, y1));
+        (
+            0.5 * (parent.heights[a] + parent.heights[b]),
+            0.5 * (parent.slopes[a] + parent.slopes[b]),
+            0.5 * (own(x0, y0) + own(x1, y1)),
+        )
+    }
+
+    fn mesh(&self, directions: &[DVec3], radius_m: f64, parent: Option<&Tile>) -> Mesh {
+        let middle = self.address.middle();
+        // In m, of the corner of the period in which the middle lies.
+        let corner = (middle * radius_m / PERIOD_M).floor() * PERIOD_M;
+        let mut positions = Vec::new();
+        let mut ups = Vec::new();
+        let mut slopes = Vec::new();
+        let mut coarse_slopes = Vec::new();
+        let mut heights = Vec::new();
+        let mut places = Vec::new();
+        let mut add = |i: usize, skirt: f64| {
+            let up = directions[i];
+            let (coarse, coarse_slope, flat) = match parent {
+                Some(parent) => self.coarse(parent, directions, i % SIDE, i / SIDE),
+                None => (self.heights[i], self.slopes[i], up),
+            };
+            positions.push((up - middle).as_vec3().to_array());
+            ups.push(up.as_vec3().to_array());
+            slopes.push(self.slopes[i].to_array());
+            coarse_slopes.push(coarse_slope.to_array());
+            let sag = 1.0 - flat.dot(up);
+            let own = 0.001 * self.heights[i];
+            heights.push(Vec4::new(own, 0.001 * coarse, sag as f32, skirt as f32).to_array());
+            places.push((up * radius_m - corner).as_vec3().to_array());
+        };
+        for i in 0..SIDE * SIDE {
+            add(i, 0.0);
+        }
+        let skirt = SKIRT * self.address.size() / f64::from(QUADS);
+        let rim = rim();
+        for &i in &rim {
+            add(i, skirt);
+        }
+        Mesh::new(
+            PrimitiveTopology::TriangleList,
+            RenderAssetUsages::RENDER_WORLD,
+        )
+        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
+        .with_inserted_attribute(UP, ups)
+        .with_inserted_attribute(SLOPE, slopes)
+        .with_inserted_attribute(COARSE_SLOPE, coarse_slopes)
+        .with_inserted_attribute(HEIGHTS, heights)
+        .with_inserted_attribute(PLACE, places)
+        .with_inserted_indices(Indices::U16(indices(&rim)))
+    }
+}
+
+/// The vertices along the rim, once around, counter-clockwise as seen from above.
+fn rim() -> Vec<usize> {
+    let last = SIDE - 1;
+    let left = (0..last).map(|row| row * SIDE);
+    let bottom = (0..last).map(|column| last * SIDE + column);
+    let right = (0..last).map(|row| (last - row) * SIDE + last);
+    let top = (0..last).map(|column| last - column);
+    left.chain(bottom).chain(right).chain(top).collect()
+}
+
+fn indices(rim: &[usize]) -> Vec<u16> {
+    let quads = QUADS as usize;
+    let mut indices = Vec::with_capacity(6 * quads * (quads + 4));
+    for row in 0..quads {
+        for column in 0..quads {
+            let a = row * SIDE + column;
+            let (b, c, d) = (a + 1, a + SIDE, a + SIDE + 1);
+            indices.extend([a, c, b, b, c, d]);
+        }
+    }
+    for (i, &a) in rim.iter().enumerate() {
+        let next = (i + 1) % rim.len();
+        let (b, below_a, below_b) = (rim[next], SIDE * SIDE + i, SIDE * SIDE + next);
+        indices.extend([a, below_a, b, b, below_a, below_b]);
+    }
+    indices.into_iter().map(|i| i as u16).collect()
+}
