@@ -3,19 +3,25 @@
 //! They are drawn on whatever adapter there is, and compared under a tolerance. Where there is none, the
 //! test says so and passes, unless `BEVY_TECTONICS_REQUIRE_GPU` is set. `BEVY_TECTONICS_APPROVE=1` writes
 //! new pictures in place of comparing: look at each before you commit it.
-#![cfg(all(feature = "window", feature = "export"))]
+#![cfg(all(feature = "window", feature = "export", feature = "terrain"))]
 
 mod studio;
 
-use bevy::prelude::*;
-use bevy_tectonics::{prelude::*, render::PlanetRenderSettings};
+use bevy::{mesh::MeshTag, prelude::*};
+use bevy_tectonics::{
+    prelude::*,
+    render::{PlanetRenderSettings, TilesDrawn},
+    surface::direction_of,
+};
+use core::time::Duration;
 use std::{
     env,
     fs::{self, File},
     io::{self, BufReader},
     path::Path,
+    time::Instant,
 };
-use studio::{Picture, Pose, Studio};
+use studio::{Look, Picture, Pose, Studio};
 
 const WIDTH: u32 = 640;
 const HEIGHT: u32 = 400;
@@ -156,6 +162,57 @@ fn comparison_notices_what_people_notice() {
         difference(&grey(100), &spot).is_some(),
         "1.5 % of the pixels"
     );
+}
+
+/// Tiles take over as the camera comes near, cover what it sees, and leave nothing behind.
+#[test]
+fn tiles_come_and_go() {
+    let planet = planet().with_radius(6.371e6);
+    let Some(mut studio) = Studio::new(160, 100, planet) else {
+        return;
+    };
+    let surface = studio.surface().unwrap();
+    let tiles = |world: &mut World| {
+        let mut drawn = world.query::<&TilesDrawn>();
+        drawn.iter(world).next().copied()
+    };
+    let parts = |world: &mut World| {
+        let mut parts = world.query_filtered::<(), With<MeshTag>>();
+        parts.iter(world).count()
+    };
+    let up = direction_of(15.0, 60.0);
+    let look = |altitude_m: f64| Look {
+        place_m: up * (1000.0 * surface.radius_km + altitude_m),
+        forward: -up,
+        sun: up,
+    };
+    studio.look(look(300e3));
+    studio.shoot().unwrap();
+    let near = tiles(studio.app.world_mut()).unwrap();
+    assert_eq!((near.share, near.missing, near.late_s), (1.0, 0, 0.0));
+    assert!(near.drawn > 50 && near.kept >= near.drawn && near.made >= near.kept);
+    assert!(parts(studio.app.world_mut()) >= near.drawn as usize);
+
+    // From afar the planet is a sphere again.
+    studio.look(look(20e6));
+    let start = Instant::now();
+    while parts(studio.app.world_mut()) > 0 {
+        assert!(start.elapsed() < Duration::from_secs(60), "tiles stayed");
+        studio.app.update();
+    }
+    assert_eq!(tiles(studio.app.world_mut()), Some(TilesDrawn::default()));
+
+    studio.look(look(1e6));
+    studio.shoot().unwrap();
+    assert!(parts(studio.app.world_mut()) > 0);
+    let planet = {
+        let world = studio.app.world_mut();
+        let mut planets = world.query_filtered::<Entity, With<Planet>>();
+        planets.single(world).unwrap()
+    };
+    studio.app.world_mut().despawn(planet);
+    studio.app.update();
+    assert_eq!(parts(studio.app.world_mut()), 0);
 }
 
 #[test]

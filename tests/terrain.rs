@@ -337,6 +337,21 @@ fn odd_places_and_details_have_a_ground_too() {
 }
 
 #[test]
+fn patches_have_the_ground_of_their_places() {
+    let centre = DVec3::new(0.3, -0.8, 0.5);
+    let patch = terrain(50.0).patch(centre, 2.0, 41);
+    assert_eq!((patch.samples, patch.heights.len()), (41, 41 * 41));
+    assert!((patch.spacing_m() - 50.0).abs() < 1e-9);
+    let mut other = terrain(50.0);
+    for (direction, &height) in patch.directions().zip(&patch.heights) {
+        assert_eq!(other.elevation(direction), height);
+    }
+    // Nonsense counts as something.
+    let odd = terrain(50.0).patch(DVec3::ZERO, f64::NAN, 0);
+    assert_eq!((odd.samples, odd.size_m), (2, 1000.0));
+}
+
+#[test]
 fn exemplars_are_refused_that_are_none() {
     assert!(matches!(
         Exemplar::new(&[1.0; 100]),

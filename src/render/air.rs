@@ -1,4 +1,8 @@
 //! What a planet's air is like.
+//!
+//! How much air lies along a line is known in closed form (`beyond` in `air.wgsl`), after Tectonics.js: within
+//! 1.5 % of the integral for planets of 200 to 2,000 scale heights, up to four scale heights above the ground, from
+//! straight up to level. The form with a square root alone, which its author gives for speed, is off by 6.6 %.
 
 use bevy::prelude::*;
 
@@ -8,9 +12,10 @@ use bevy::prelude::*;
 #[derive(Component, Debug, Clone, Copy, PartialEq, Reflect)]
 #[reflect(Component, Default)]
 pub struct PlanetAir {
-    /// How much of the light that comes straight down the air scatters: optical depth for red, green and blue.
+    /// How much of the light that comes straight down the air scatters: optical depth for red, green and blue, each
+    /// up to 10.
     pub depth: Vec3,
-    /// Height in m in which the air thins to 1/e.
+    /// Height in m in which the air thins to 1/e, from a ten-thousandth to a fiftieth of the radius.
     pub scale_height_m: f32,
 }
 
@@ -41,5 +46,66 @@ impl PlanetAir {
             1e-3
         };
         Vec3::from(depth).extend(scale as f32)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `beyond` of the shader, lengths in scale heights, relative to the density where the line starts.
+    fn beyond(x: f64, z: f64) -> f64 {
+        let r = (x * x + z * z).sqrt();
+        let level = (0.5 / r + 1.0) * (core::f64::consts::FRAC_PI_2 * z).sqrt() + 0.67 * x;
+        1.0 / (x / r + 1.0 / level)
+    }
+
+    /// The same, summed up along the line in small steps.
+    fn summed(x: f64, z: f64) -> f64 {
+        let start = (x * x + z * z).sqrt();
+        let density = |along: f64| {
+            let at = x + along;
+            libm::exp(start - (at * at + z * z).sqrt())
+        };
+        // Simpson's rule, finer where the air is dense.
+        let end = 40.0 * start.sqrt();
+        let steps = 20_000;
+        let place = |i: u32| {
+            let share = f64::from(i) / f64::from(steps);
+            end * share * share
+        };
+        (0..steps)
+            .map(|i| {
+                let (a, b) = (place(i), place(i + 1));
+                (b - a) / 6.0 * (density(a) + 4.0 * density(0.5 * (a + b)) + density(b))
+            })
+            .sum()
+    }
+
+    #[test]
+    fn the_closed_form_is_within_a_fiftieth_of_the_integral() {
+        assert!(include_str!("air.wgsl").contains("+ 0.67 * x / scale;"));
+        let mut worst = 0.0_f64;
+        for radius in [200.0, 500.0, 800.0, 2000.0] {
+            for height in [0.0, 0.5, 2.0, 4.0] {
+                for angle in 0..=45 {
+                    let (sin, cos) = libm::sincos(f64::from(2 * angle).to_radians());
+                    let (x, z) = ((radius + height) * cos, (radius + height) * sin);
+                    let error = beyond(x.max(0.0), z.max(1e-6)) / summed(x.max(0.0), z) - 1.0;
+                    worst = worst.max(error.abs());
+                }
+            }
+        }
+        assert!(worst < 0.015, "{worst}");
+    }
+
+    #[test]
+    fn nonsense_is_no_air_and_no_panic() {
+        let air = PlanetAir {
+            depth: Vec3::new(f32::NAN, -1.0, f32::INFINITY),
+            scale_height_m: f32::NAN,
+        };
+        assert_eq!(air.uniform(6371.0), Vec4::new(0.0, 0.0, 0.0, 1e-3));
+        assert!(air.uniform(0.0).is_finite());
     }
 }

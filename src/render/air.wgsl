@@ -39,13 +39,18 @@ fn seen_from(altitude: f32, depth: vec3<f32>, scale: f32) -> Air {
     return Air(mix(depth, DEPTH, far), mix(scale, SCALE_HEIGHT, far));
 }
 
+// Density of the air at a distance from the centre; far below the ground as much as numbers can hold.
+fn density(r: f32, scale: f32) -> f32 {
+    return exp(min((1.0 - r) / scale, 20.0));
+}
+
 // Air from a place on a line outwards, in columns straight up from the ground. `x` is the distance from where the
 // line comes closest to the centre, at least 0; `z` is how close. In closed form, as in Tectonics.js: the integral
-// by substitution, kept finite where the line is level (Chapman's function there, after Schüler 2012).
+// by substitution, kept finite where the line is level (Chapman's function there, after Schüler 2012). Within 1.5 %.
 fn beyond(x: f32, z: f32, scale: f32) -> f32 {
-    let r = sqrt(x * x + z * z);
-    let level = (0.5 * scale / r + 1.0) * sqrt(1.5707963 * z / scale) + 0.6 * x / scale;
-    return exp((1.0 - r) / scale) / (x / r + 1.0 / level);
+    let r = max(sqrt(x * x + z * z), 1e-3);
+    let level = (0.5 * scale / r + 1.0) * sqrt(1.5707963 * z / scale) + 0.67 * x / scale;
+    return density(r, scale) / (x / r + 1.0 / level);
 }
 
 // Air between two places on a line.
@@ -100,10 +105,10 @@ fn glow(eye: vec3<f32>, toward: vec3<f32>, length: f32, sun: vec3<f32>, air: Air
             let after = mix(share, share * share, f32(from_ == 0.0));
             let middle = mix(from_, to, 0.5 * (before + after));
             let place = eye + toward * middle;
-            let density = exp((1.0 - length3(place)) / air.scale);
+            let here = density(length3(place), air.scale);
             let way = between(x + from_, x + middle, z, air.scale);
             let step = (to - from_) * (after - before) / air.scale;
-            sum += density * step * exp(-LOST * air.depth * way) * arrives(place, sun, air);
+            sum += here * step * exp(-LOST * air.depth * way) * arrives(place, sun, air);
             before = after;
         }
     }

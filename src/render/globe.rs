@@ -341,11 +341,7 @@ impl Globe {
             0.0
         };
         let exaggeration = exaggeration(view);
-        let level = if view.sea_level_m.is_finite() {
-            view.sea_level_m / 1000.0
-        } else {
-            0.0
-        };
+        let sea = sea_level_m(view).map(|level| level / 1000.0);
         let opacity = |stamp: &Stamp| {
             if stamp.overlay {
                 view.overlay_opacity.clamp(0.0, 1.0)
@@ -361,8 +357,8 @@ impl Globe {
             size: self.size as f32,
             height: exaggeration / radius_km as f32,
             shade: SHADE * exaggeration,
-            sea: if view.sea { level } else { -1000.0 },
-            datum: if view.sea { level } else { 0.0 },
+            sea: sea.unwrap_or(-1000.0),
+            datum: sea.unwrap_or(0.0),
             tiles: self.close.share,
             reach: self.close.reach,
             radius_km: radius_km as f32,
@@ -389,6 +385,16 @@ impl Globe {
         let radius_km = self.maps[self.blend.to].stamp.radius_km.max(1000.0);
         1.0 + exaggeration(view) * 15.0 / radius_km as f32
     }
+}
+
+/// Where the drawn sea stands in m, if there is one.
+pub(super) fn sea_level_m(view: &PlanetView) -> Option<f32> {
+    let level = if view.sea_level_m.is_finite() {
+        view.sea_level_m
+    } else {
+        0.0
+    };
+    view.sea.then_some(level)
 }
 
 /// As far as it makes sense.

@@ -10,7 +10,7 @@ use bevy::{
     render::render_resource::{
         AsBindGroup, Face, RenderPipelineDescriptor, ShaderType, SpecializedMeshPipelineError,
     },
-    shader::{ShaderDefVal, ShaderRef, load_shader_library},
+    shader::{ShaderRef, load_shader_library},
 };
 
 pub(super) fn plugin(app: &mut App) {
@@ -135,7 +135,7 @@ impl Material for PlanetMaterial {
                 tiles::HEIGHTS.at_shader_location(4),
                 tiles::PLACE.at_shader_location(5),
             ])?];
-            let tiles = ShaderDefVal::from("PLANET_TILES");
+            let tiles = bevy::shader::ShaderDefVal::from("PLANET_TILES");
             descriptor.vertex.shader_defs.push(tiles.clone());
             if let Some(fragment) = &mut descriptor.fragment {
                 fragment.shader_defs.push(tiles);

@@ -14,7 +14,7 @@
 // Length of a side of the largest tiles, in radii.
 const SPAN: f32 = 1.5707963;
 // Share of the distance at which a tile gives way to its parent where its vertices begin to glide.
-const GLIDE: f32 = 0.75;
+const GLIDE: f32 = 0.8;
 // In m, after which places repeat.
 const PERIOD: f32 = 8192.0;
 
@@ -58,7 +58,7 @@ fn lift(in: Vertex) -> Point {
     out.height = mix(in.heights.x, in.heights.y, coarse);
     out.slope = mix(in.slope, in.coarse_slope, coarse);
     let drawn = select(out.height, planet.sea, is_sea(tag));
-    let lifted = planet.height * drawn - coarse * in.heights.z - in.heights.w;
+    let lifted = planet.height * drawn - coarse * in.heights.z - in.heights.w * max(planet.height * planet.radius_km, 1.0);
     out.world_position = world_from_local * vec4(in.position + in.up * lifted, 1.0);
     out.position = position_world_to_clip(out.world_position.xyz);
     out.direction = in.up;
@@ -67,7 +67,7 @@ fn lift(in: Vertex) -> Point {
     return out;
 }
 
-// What is too small to be in the tiles: slope, and height in w.
+// What is too small to be in the tiles: slope, and height in w. It is colour and light alone.
 fn grain(place: vec3<f32>, footprint: f32) -> vec4<f32> {
     var sum = vec4(0.0);
     for (var cells = 128; cells <= 8192; cells *= 4) {
@@ -165,8 +165,8 @@ fn shade(in: Point) -> vec4<f32> {
         } else {
             base = ground::colour(ground::BED, -height);
         }
-        base *= 1.0 + 0.10 * fine.w;
-        let tilt = coarse_tilt + (0.05 + 0.10 * min(steep, 1.0)) * (fine.xyz - direction * dot(fine.xyz, direction));
+        base *= 1.0 + 0.16 * fine.w;
+        let tilt = coarse_tilt + (0.08 + 0.14 * min(steep, 1.0)) * (fine.xyz - direction * dot(fine.xyz, direction));
         normal = normalize(mesh_functions::mesh_normal_local_to_world(normalize(direction - tilt), in.instance_index));
     }
     base = ground::BRIGHTNESS * base * (1.0 - here.overlay.a) + here.overlay.rgb;

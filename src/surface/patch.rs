@@ -39,8 +39,8 @@ impl Surface {
     /// counts as 1 km, and it ends at twice the radius. There are at least 2 and at most 4,097 samples
     /// along a side. A direction that is zero or not finite stands for the north pole.
     ///
-    /// Heights are those of [`elevation`](Self::elevation): smooth between sub-plates. For rough ground,
-    /// sample a [`Raster`](super::Raster) in each [`direction`](HeightField::direction).
+    /// Heights are those of [`elevation`](Self::elevation): smooth between sub-plates. `Terrain::patch` (feature
+    /// `terrain`) has the rough ground.
     ///
     /// ```
     /// use bevy_tectonics::prelude::*;
@@ -55,31 +55,39 @@ impl Surface {
     /// ```
     #[must_use]
     pub fn patch(&self, centre: DVec3, size_km: f64, samples: usize) -> HeightField {
-        let centre = unit(centre);
-        let (east, north) = east_north(centre);
-        let size_km = if size_km > 0.0 { size_km } else { 1.0 };
-        let mut patch = HeightField {
-            centre,
-            east,
-            north,
-            size_m: 1000.0 * size_km.min(2.0 * self.radius_km),
-            samples: samples.clamp(*SAMPLES.start(), *SAMPLES.end()),
-            radius_m: 1000.0 * self.radius_km,
-            heights: Vec::new(),
-        };
         let mut hint = self.start(centre);
-        let mut heights = Vec::with_capacity(patch.samples * patch.samples);
-        for row in 0..patch.samples {
-            for column in 0..patch.samples {
-                heights.push(self.elevation_from(patch.direction(row, column), &mut hint));
-            }
-        }
-        patch.heights = heights;
-        patch
+        HeightField::over(self.radius_km, centre, size_km, samples, |direction| {
+            self.elevation_from(direction, &mut hint)
+        })
     }
 }
 
 impl HeightField {
+    /// Samples a square of a sphere.
+    pub(super) fn over(
+        radius_km: f64,
+        centre: DVec3,
+        size_km: f64,
+        samples: usize,
+        elevation: impl FnMut(DVec3) -> f32,
+    ) -> Self {
+        let centre = unit(centre);
+        let (east, north) = east_north(centre);
+        let size_km = if size_km > 0.0 { size_km } else { 1.0 };
+        let mut patch = Self {
+            centre,
+            east,
+            north,
+            size_m: 1000.0 * size_km.min(2.0 * radius_km),
+            samples: samples.clamp(*SAMPLES.start(), *SAMPLES.end()),
+            radius_m: 1000.0 * radius_km,
+            heights: Vec::new(),
+        };
+        let heights = patch.directions().map(elevation).collect();
+        patch.heights = heights;
+        patch
+    }
+
     /// Distance of neighbouring samples in m.
     #[must_use]
     pub fn spacing_m(&self) -> f64 {

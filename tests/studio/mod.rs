@@ -38,7 +38,7 @@ const LINES: Duration = Duration::from_millis(1500);
 
 /// One planet, one camera, one sun.
 pub struct Studio {
-    app: App,
+    pub app: App,
     canvas: Handle<Image>,
     planet: Entity,
     camera: Entity,

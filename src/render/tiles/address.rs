@@ -91,20 +91,23 @@ impl Bounds {
     /// `low` and `high` are the radii between which the ground lies, in radii of the planet.
     pub fn new(address: Address, low: f64, high: f64) -> Self {
         let up = address.middle();
-        let end = f64::from(QUADS);
-        let corners = [(0.0, 0.0), (end, 0.0), (0.0, end), (end, end)]
-            .map(|(column, row)| address.direction(column, row));
-        let along = (corners[1] - corners[0]).reject_from(up).normalize();
+        let (end, half) = (f64::from(QUADS), 0.5 * f64::from(QUADS));
+        let rim = [(0.0, 0.0), (end, 0.0), (0.0, end), (end, end)]
+            .into_iter()
+            .chain([(half, 0.0), (half, end), (0.0, half), (end, half)]);
+        let mut places = [up; 8];
+        for (place, (column, row)) in places.iter_mut().zip(rim) {
+            *place = address.direction(column, row);
+        }
+        let rim = places;
+        let along = (rim[1] - rim[0]).reject_from(up).normalize();
         let across = up.cross(along);
         let farthest = |axis: DVec3| {
-            let reach = corners.iter().map(|corner| corner.dot(axis).abs());
-            // Edges of large tiles bulge beyond their corners.
-            reach.fold(0.0, f64::max) * high * (1.0 + 0.1 * address.size())
+            let reach = rim.iter().map(|place| place.dot(axis).abs());
+            // Edges bulge beyond these places.
+            reach.fold(0.0, f64::max) * high * (1.0 + 0.05 * address.size())
         };
-        let cosine = corners
-            .iter()
-            .map(|corner| corner.dot(up))
-            .fold(1.0, f64::min);
+        let cosine = rim.iter().map(|place| place.dot(up)).fold(1.0, f64::min);
         let (bottom, top) = (low * cosine, high);
         Self {
             middle: up * (0.5 * (bottom + top)),
@@ -134,7 +137,7 @@ impl Bounds {
     /// Whether something of the tile may be seen from a point above a sphere of this radius, which hides what lies
     /// behind it.
     pub fn rises(&self, eye: DVec3, radius: f64) -> bool {
-        let dip = |distance: f64| libm::acos((radius / distance).min(1.0));
+        let dip = |distance: f64| libm::acos((radius / distance).clamp(0.0, 1.0));
         let between = libm::acos((eye.dot(self.up) / eye.length()).clamp(-1.0, 1.0));
         between - self.angle <= dip(eye.length()) + dip(self.highest)
     }

@@ -107,11 +107,12 @@ impl Eyes<'_> {
         }));
     }
 
-    /// Whether an eye looks within a right angle of some part of a tile.
+    /// Whether some part of a tile lies within some 60 degrees of where an eye looks, or very close to it.
     fn is_in_view(&self, address: Address, bounds: &Bounds) -> bool {
         self.places.iter().zip(self.gazes).any(|(&eye, &gaze)| {
             let way = address.middle() - eye;
-            way.dot(gaze) > 0.5 * way.length() || bounds.distance(eye) == 0.0
+            let ahead = way.dot(gaze) + 0.75 * address.size();
+            ahead > 0.5 * way.length() || bounds.distance(eye) < address.size()
         })
     }
 }

@@ -9,7 +9,7 @@ use super::{
 use crate::{
     planet::PlanetView,
     render::{
-        globe::{exaggeration, pool},
+        globe::{exaggeration, pool, sea_level_m},
         material::PlanetMaterial,
     },
     simulation::Surface,
@@ -32,8 +32,6 @@ const GLIDE_S: f32 = 0.4;
 const SPARED: u32 = 60;
 /// Ground that is surely above this, in m.
 const LOWEST_M: f64 = -12_000.0;
-/// Height in m by which a tile may leave its range on the way to its parent's shape.
-const MARGIN_M: f32 = 100.0;
 
 /// What tiles are chosen and drawn by.
 pub(super) struct Scene<'a> {
@@ -75,6 +73,8 @@ pub(super) struct Forest {
     made: u32,
     /// Whether tiles once covered all that was in view.
     complete: bool,
+    /// Whether the surface turned out to have columns of uneven length: it is drawn as a sphere.
+    failed: bool,
     /// Share of the picture that tiles have taken over.
     pub share: f32,
 }
@@ -100,27 +100,26 @@ impl Node {
     /// Whether there is ground above the sea, and sea.
     pub fn shows(&self, view: &PlanetView) -> [bool; 2] {
         let [low, high] = self.tile.range;
-        if view.sea {
-            let level = view.sea_level_m;
-            [high > level - MARGIN_M, low < level + MARGIN_M]
-        } else {
-            [true, false]
+        match sea_level_m(view) {
+            Some(level) => [high >= level, low <= level],
+            None => [true, false],
         }
     }
 
     /// What the shader wants to know of a tile: its level, and how far it has come from its parent's shape.
     pub fn tag(&self, address: Address) -> u32 {
         let glide = (self.seconds / GLIDE_S).clamp(0.0, 1.0);
-        u32::from(address.level) | (255.0 * glide) as u32 * 256
+        u32::from(address.level) | (((255.0 * glide) as u32) << 8)
     }
 
     /// A box around all that may be drawn of it, relative to its middle.
-    pub fn bounds(&self, address: Address, scale: f64) -> Aabb {
+    pub fn bounds(&self, address: Address, view: &PlanetView, scale: f64) -> Aabb {
         let [low, high] = self.tile.range;
+        let level = sea_level_m(view).unwrap_or(low);
         let radius = |height: f32| 1.0 + scale * f64::from(height);
-        let skirt = address.size() / f64::from(QUADS / 2);
-        let low = radius((low - MARGIN_M).min(0.0)) - skirt;
-        Bounds::new(address, low, radius(high.max(0.0) + MARGIN_M)).around(address.middle())
+        let skirt = address.size() / f64::from(QUADS / 2) * f64::from(exaggeration(view)).max(1.0);
+        let low = radius(low.min(level)) - skirt;
+        Bounds::new(address, low, radius(high.max(level))).around(address.middle())
     }
 }
 
@@ -134,6 +133,7 @@ impl Forest {
             frame: 0,
             made: 0,
             complete: false,
+            failed: false,
             share: 0.0,
         }
     }
@@ -148,9 +148,12 @@ impl Forest {
         commands: &mut Commands,
     ) -> TilesDrawn {
         self.receive(scene.tiles.per_frame, meshes);
+        if self.failed {
+            return TilesDrawn::default();
+        }
         let choice = self.choose(scene);
         self.wait(&choice, seconds);
-        self.order(&choice);
+        self.order(&choice, scene.tiles.per_frame);
         self.draw(scene, &choice, seconds, commands);
         self.thin(scene.tiles.kept, commands);
         let in_view = choice.wanted.iter().filter(|wanted| wanted.in_view);
@@ -175,14 +178,17 @@ impl Forest {
     fn receive(&mut self, most: u32, meshes: &mut Assets<Mesh>) {
         let mut left = most.max(1);
         let (nodes, made, frame) = (&mut self.nodes, &mut self.made, self.frame);
+        let failed = &mut self.failed;
         self.tasks.retain(|&address, Growing(task)| {
             if left == 0 {
                 return true;
             }
             match check_ready(task) {
                 None => true,
-                // A surface with columns of uneven length has no tiles: it is drawn as a sphere.
-                Some(Err(_)) => false,
+                Some(Err(_)) => {
+                    *failed = true;
+                    false
+                }
                 Some(Ok((tile, mesh))) => {
                     left -= 1;
                     *made += 1;
@@ -207,18 +213,14 @@ impl Forest {
         let finest_m = f64::from(scene.tiles.finest_m).max(1.0);
         let level = libm::log2(Address::SPAN * radius_m / (f64::from(QUADS) * finest_m));
         let scale = relief_scale(scene.view, &self.surface);
-        let lowest = if scene.view.sea {
-            f64::from(scene.view.sea_level_m).min(0.0)
-        } else {
-            LOWEST_M
-        };
+        let lowest = sea_level_m(scene.view).map_or(LOWEST_M, |level| f64::from(level).min(0.0));
         Eyes {
             places: &scene.outlook.places,
             gazes: &scene.outlook.gazes,
             reach: scene.reach(),
             deepest: level.clamp(0.0, f64::from(DEEPEST)) as u8,
             scale,
-            horizon: 1.0 + scale * lowest,
+            horizon: (1.0 + scale * lowest).max(0.0),
         }
         .choose(|address| {
             let node = self.nodes.get(&address)?;
@@ -241,10 +243,11 @@ impl Forest {
     }
 
     /// Has the most urgent tiles made, and stops what nobody wants any more.
-    fn order(&mut self, choice: &Choice) {
+    fn order(&mut self, choice: &Choice, per_frame: u32) {
         self.tasks
             .retain(|address, _| self.waiting.contains_key(address));
-        let most = 2 * pool().thread_num().max(1);
+        // Enough for threads to be busy until the next frame, however long that takes.
+        let most = (2 * pool().thread_num()).max(per_frame as usize).max(1);
         for wanted in &choice.wanted {
             if self.tasks.len() >= most {
                 break;

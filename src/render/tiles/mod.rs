@@ -54,23 +54,23 @@ pub(super) use tile::{COARSE_SLOPE, HEIGHTS, PLACE, SLOPE, UP};
 #[require(Tiling, TilesDrawn)]
 pub struct PlanetTiles {
     /// How many times its own length a tile is away when it is drawn as a whole, 2.6 to 10. Twice as much has
-    /// four times as many triangles. At 3, a quad covers 4 to 8 pixels of a picture 1080 pixels high.
+    /// four times as many triangles. At 2.6, quads of 4 to 8 pixels fill a picture 1080 pixels high.
     pub reach: f32,
     /// Length of the finest quads in m, at least 1.
     pub finest_m: f32,
     /// Tiles that enter the scene in one frame at most.
     pub per_frame: u32,
-    /// Tiles that are kept, unless more are needed: some 700 from 30 km above the ground, 1,200 on it. Each takes
-    /// 0.4 MB of the GPU's memory.
+    /// Tiles that are kept, unless more are needed: up to 1,500 are, close to the ground. Each takes 0.4 MB of the
+    /// GPU's memory.
     pub kept: u32,
 }
 
 impl Default for PlanetTiles {
     fn default() -> Self {
         Self {
-            reach: 3.0,
+            reach: 2.6,
             finest_m: 1.0,
-            per_frame: 8,
+            per_frame: 24,
             kept: 1600,
         }
     }
@@ -132,9 +132,13 @@ pub(super) fn plugin(app: &mut App) {
         .add_observer(disappear)
         .add_systems(
             PostUpdate,
-            (look, tend, place)
-                .chain()
-                .after(super::tend)
+            (
+                (look, tend)
+                    .chain()
+                    .after(super::appear)
+                    .before(super::tend),
+                place.after(super::tend),
+            )
                 .in_set(super::PlanetRenderSystems::Tend)
                 .before(TransformSystems::Propagate)
                 .before(VisibilitySystems::VisibilityPropagate)
@@ -266,13 +270,19 @@ fn tend(
     for (entity, surface, view, tiles, mut globe, mut tiling, mut drawn) in &mut planets {
         let globe = globe.bypass_change_detection();
         let tiling = &mut *tiling;
-        let Some(outlook) = &tiling.outlook else {
-            continue;
-        };
         tiling.rest += seconds;
         if surface.is_changed() {
             tiling.rest = 0.0;
         }
+        let Some(outlook) = &tiling.outlook else {
+            // Nobody looks.
+            if let Some(forest) = tiling.forest.take() {
+                forest.fell(&mut commands);
+            }
+            globe.close = Close::default();
+            drawn.set_if_neq(TilesDrawn::default());
+            continue;
+        };
         let altitude = outlook.altitude();
         let newest = surface.share();
         let is_old = |forest: &Forest| !Arc::ptr_eq(&forest.surface, &newest);
@@ -324,9 +334,6 @@ fn place(
     )>,
 ) {
     for (view, globe, tiling, visible) in &planets {
-        let Some(outlook) = &tiling.outlook else {
-            continue;
-        };
         if globe.drawn().is_some()
             && let Ok((_, mut visibility, _)) = parts.get_mut(globe.body)
         {
@@ -336,7 +343,7 @@ fn place(
                 Visibility::Hidden
             });
         }
-        let Some(forest) = &tiling.forest else {
+        let (Some(outlook), Some(forest)) = (&tiling.outlook, &tiling.forest) else {
             continue;
         };
         let is_seen = forest.share > 0.0 && visible.is_none_or(|visible| visible.get());
@@ -358,7 +365,7 @@ fn place(
                 transform.set_if_neq(outlook.transform(address));
                 if let Some((mut tag, mut bounds)) = rest {
                     tag.set_if_neq(MeshTag(node.tag(address) | flag));
-                    bounds.set_if_neq(node.bounds(address, scale));
+                    bounds.set_if_neq(node.bounds(address, view, scale));
                 }
             }
         }
@@ -377,8 +384,9 @@ fn stop(
         }
         if let Some(mut globe) = globe {
             globe.close = Close::default();
-            let body = globe.body;
-            if let Ok(mut body) = commands.get_entity(body) {
+            if globe.drawn().is_some()
+                && let Ok(mut body) = commands.get_entity(globe.body)
+            {
                 body.try_insert(Visibility::Inherited);
             }
         }

@@ -44,7 +44,7 @@ pub(super) struct Tile {
     /// Elevation in m, row by row.
     heights: Vec<f32>,
     slopes: Vec<Vec3>,
-    /// Lowest and highest elevation in m.
+    /// Lowest and highest elevation in m, the parent's within the tile included.
     pub range: [f32; 2],
 }
 
@@ -81,13 +81,19 @@ pub(super) fn grow(
     let heights: Vec<f32> = inner().map(|i| raised[i]).collect();
     let low = heights.iter().copied().fold(f32::INFINITY, f32::min);
     let high = heights.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-    let tile = Tile {
+    let mut tile = Tile {
         address,
         heights,
         slopes,
         range: [low, high],
     };
     let directions: Vec<DVec3> = inner().map(|i| places[i]).collect();
+    if let Some(parent) = &parent {
+        let [low, high] = &mut tile.range;
+        for height in parent.quarter(address) {
+            (*low, *high) = (low.min(height), high.max(height));
+        }
+    }
     let mesh = tile.mesh(&directions, radius_m, parent.as_deref());
     Ok((tile, mesh))
 }
@@ -100,6 +106,15 @@ fn gradient(a: DVec3, b: DVec3, rise_a: f64, rise_b: f64) -> DVec3 {
 }
 
 impl Tile {
+    /// Heights of a tile within that of a child.
+    fn quarter(&self, child: Address) -> impl Iterator<Item = f32> {
+        let half = QUADS as usize / 2;
+        let [left, top] = [child.x, child.y].map(|at| half * (at % 2) as usize);
+        (0..=half)
+            .flat_map(move |row| (0..=half).map(move |column| (top + row) * SIDE + left + column))
+            .map(|i| self.heights[i])
+    }
+
     /// What the parent draws where this tile has a vertex: height, slope, and the place on its flat triangles.
     fn coarse(
         &self,
@@ -197,4 +212,94 @@ fn indices(rim: &[usize]) -> Vec<u16> {
         indices.extend([a, below_a, b, b, below_a, below_b]);
     }
     indices.into_iter().map(|i| i as u16).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simulation::{History, Recipe};
+
+    fn surface() -> Surface {
+        let recipe = Recipe::earth_like(7).with_sub_plates(500);
+        History::new(recipe).unwrap().surface().unwrap()
+    }
+
+    const PARENT: Address = Address {
+        level: 5,
+        face: 3,
+        x: 14,
+        y: 9,
+    };
+
+    #[test]
+    fn neighbours_have_the_same_ground_along_their_edge() {
+        let surface = surface();
+        let beside = Address {
+            x: PARENT.x + 1,
+            ..PARENT
+        };
+        let (left, _) = grow(&surface, PARENT, None).unwrap();
+        let (right, _) = grow(&surface, beside, None).unwrap();
+        let last = SIDE - 1;
+        for row in 0..SIDE {
+            let (a, b) = (row * SIDE + last, row * SIDE);
+            assert_eq!(left.heights[a], right.heights[b]);
+            assert!((left.slopes[a] - right.slopes[b]).length() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn vertices_glide_to_where_the_parent_has_its_ground() {
+        let surface = surface();
+        let (parent, _) = grow(&surface, PARENT, None).unwrap();
+        let child = PARENT.children()[3];
+        let (tile, _) = grow(&surface, child, None).unwrap();
+        let directions: Vec<DVec3> = (0..SIDE * SIDE)
+            .map(|i| child.direction((i % SIDE) as f64, (i / SIDE) as f64))
+            .collect();
+        let half = SIDE / 2;
+        // Where both have a vertex, and in the middle of edges and quads between.
+        for (column, row) in [(0, 0), (2, 6), (64, 64), (1, 0), (0, 5), (7, 7), (63, 1)] {
+            let (height, _, flat) = tile.coarse(&parent, &directions, column, row);
+            let at =
+                |column: usize, row: usize| parent.heights[(half + row) * SIDE + half + column];
+            let low = (column / 2, row.div_ceil(2));
+            let high = (column.div_ceil(2), row / 2);
+            assert_eq!(height, 0.5 * (at(low.0, low.1) + at(high.0, high.1)));
+            let own = directions[row * SIDE + column];
+            assert!(flat.dot(own) <= 1.0 + 1e-15, "below the sphere");
+            assert!(flat.distance(own) < 0.02 * child.size() / f64::from(QUADS));
+        }
+    }
+
+    #[test]
+    fn slopes_are_those_of_the_ground() {
+        // A plane that rises by 0.3 along x and falls by 0.1 along y, on axes that are not square.
+        let (a, b) = (DVec3::new(2.0, 0.0, 0.0), DVec3::new(1.0, 3.0, 0.0));
+        let rise = |v: DVec3| 0.3 * v.x - 0.1 * v.y;
+        let slope = gradient(a, b, rise(a), rise(b));
+        assert!(slope.abs_diff_eq(DVec3::new(0.3, -0.1, 0.0), 1e-12));
+    }
+
+    #[test]
+    fn meshes_face_outwards_and_their_walls_hang_from_the_rim() {
+        let surface = surface();
+        let (_, mesh) = grow(&surface, PARENT, None).unwrap();
+        let Some(bevy::mesh::VertexAttributeValues::Float32x3(positions)) =
+            mesh.attribute(Mesh::ATTRIBUTE_POSITION)
+        else {
+            panic!("positions");
+        };
+        assert_eq!(positions.len(), SIDE * SIDE + 4 * (SIDE - 1));
+        let Some(Indices::U16(indices)) = mesh.indices() else {
+            panic!("indices");
+        };
+        let up = PARENT.middle().as_vec3();
+        let ground = 6 * (QUADS * QUADS) as usize;
+        for triangle in indices[..ground].chunks(3) {
+            let [a, b, c] = [0, 1, 2].map(|i| Vec3::from(positions[usize::from(triangle[i])]));
+            assert!((b - a).cross(c - a).dot(up) > 0.0);
+        }
+        assert_eq!(indices.len(), ground + 6 * 4 * QUADS as usize);
+    }
 }

@@ -17,7 +17,7 @@ mod shore;
 mod strength;
 
 use super::{
-    SurfaceError,
+    HeightField, SurfaceError,
     query::value,
     raster::{Base, Raster},
 };
@@ -189,6 +189,31 @@ impl<'a> Terrain<'a> {
             normal: (up - slope).normalize_or(up),
             error,
         }
+    }
+
+    /// Heights on a square of the tangent plane, as [`Surface::patch`] has them of smooth ground: for colliders.
+    /// Best with samples as far apart as the detail of this terrain.
+    ///
+    /// ```
+    /// use bevy_tectonics::prelude::*;
+    /// use bevy_tectonics::surface::{Terrain, direction_of};
+    ///
+    /// let surface = History::new(Recipe::earth_like(7).with_sub_plates(500))?.surface()?;
+    /// // 256 m around a player, a sample every 2 m.
+    /// let patch = Terrain::new(&surface, 2.0)?.patch(direction_of(47.0, 8.5), 0.256, 129);
+    /// let (vertices, triangles) = (patch.positions(), patch.triangles());
+    /// assert_eq!((vertices.len(), triangles.len()), (129 * 129, 2 * 128 * 128));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn patch(&mut self, centre: DVec3, size_km: f64, samples: usize) -> HeightField {
+        HeightField::over(
+            self.surface.radius_km,
+            centre,
+            size_km,
+            samples,
+            |direction| self.elevation(direction),
+        )
     }
 
     /// The history's ground as maps show it, with coasts ragged down to the detail asked for.
