@@ -19,6 +19,7 @@ use std::{
     fs::{self, File},
     io::{self, BufReader},
     path::Path,
+    sync::{Mutex, PoisonError},
     time::Instant,
 };
 use studio::{Look, Picture, Pose, Studio};
@@ -31,6 +32,9 @@ const MEAN: f64 = 1.5;
 const CHANNEL: u8 = 40;
 /// Share of the pixels that may differ: edges fall a pixel beside.
 const SHARE: f64 = 0.01;
+
+/// Two apps that draw at once would share threads, and each other's time.
+static STUDIO: Mutex<()> = Mutex::new(());
 
 fn planet() -> Planet {
     Planet::new(
@@ -167,6 +171,7 @@ fn comparison_notices_what_people_notice() {
 /// Tiles take over as the camera comes near, cover what it sees, and leave nothing behind.
 #[test]
 fn tiles_come_and_go() {
+    let _alone = STUDIO.lock().unwrap_or_else(PoisonError::into_inner);
     let planet = planet().with_radius(6.371e6);
     let Some(mut studio) = Studio::new(160, 100, planet) else {
         return;
@@ -217,6 +222,7 @@ fn tiles_come_and_go() {
 
 #[test]
 fn planets_look_as_they_were_approved() {
+    let _alone = STUDIO.lock().unwrap_or_else(PoisonError::into_inner);
     let Some(mut studio) = Studio::new(WIDTH, HEIGHT, planet()) else {
         assert!(
             env::var_os("BEVY_TECTONICS_REQUIRE_GPU").is_none(),

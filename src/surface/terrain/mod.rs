@@ -192,7 +192,7 @@ impl<'a> Terrain<'a> {
     }
 
     /// Heights on a square of the tangent plane, as [`Surface::patch`] has them of smooth ground: for colliders.
-    /// Best with samples as far apart as the detail of this terrain.
+    /// Best with samples as far apart as the detail of this terrain. The example `land_here` walks on one.
     ///
     /// ```
     /// use bevy_tectonics::prelude::*;
