@@ -28,6 +28,8 @@ use std::sync::Arc;
 
 /// Seconds in which a new tile glides from its parent's shape to its own, and in which tiles take over in place.
 const GLIDE_S: f32 = 0.4;
+/// Altitude in radii below which coarse tiles are better than the sphere.
+const COARSE_BELOW: f64 = 0.3;
 /// Frames for which a tile that is not drawn is kept in any case.
 const SPARED: u32 = 60;
 /// Ground that is surely above this, in m.
@@ -71,7 +73,7 @@ pub(super) struct Forest {
     waiting: HashMap<Address, f32>,
     pub frame: u32,
     made: u32,
-    /// Whether tiles once covered all that was in view.
+    /// Whether tiles once covered what was in view as well as the sphere does.
     complete: bool,
     /// Whether the surface turned out to have columns of uneven length: it is drawn as a sphere.
     failed: bool,
@@ -159,7 +161,9 @@ impl Forest {
         let in_view = choice.wanted.iter().filter(|wanted| wanted.in_view);
         let late = in_view.clone().map(|wanted| self.waiting[&wanted.address]);
         let late_s = late.fold(0.0, f32::max);
-        self.complete |= !choice.drawn.is_empty() && in_view.clone().next().is_none();
+        let is_covered = choice.wanted.iter().all(|wanted| wanted.address.level > 0);
+        let is_fine = in_view.clone().next().is_none() || scene.outlook.altitude() < COARSE_BELOW;
+        self.complete |= is_covered && is_fine;
         let goal = if self.complete { share } else { 0.0 };
         let step = seconds / GLIDE_S;
         self.share += (goal - self.share).clamp(-step, step);
