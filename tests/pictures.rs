@@ -33,7 +33,8 @@ const CHANNEL: u8 = 40;
 /// Share of the pixels that may differ: edges fall a pixel beside.
 const SHARE: f64 = 0.01;
 
-/// Two apps that draw at once would share threads, and each other's time.
+/// Two apps that drew at once in one process gave pictures that differ a little from those of one alone. Why is not
+/// known; until it is, each draws alone.
 static STUDIO: Mutex<()> = Mutex::new(());
 
 fn planet() -> Planet {

@@ -64,7 +64,7 @@ fn between(a: f32, b: f32, z: f32, scale: f32) -> f32 {
     return max(2.0 * beyond(0.0, z, scale) - beyond(-a, z, scale) - beyond(b, z, scale), 0.0);
 }
 
-// Sunlight that arrives at a place, by colour. `x` is the place's height along the direction of the sun.
+// Sunlight that arrives at a place, by colour.
 fn arrives(place: vec3<f32>, sun: vec3<f32>, air: Air) -> vec3<f32> {
     let x = dot(place, sun);
     let z = sqrt(max(dot(place, place) - x * x, 0.0));
