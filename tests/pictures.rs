@@ -33,8 +33,8 @@ const CHANNEL: u8 = 40;
 /// Share of the pixels that may differ: edges fall a pixel beside.
 const SHARE: f64 = 0.01;
 
-/// Two apps that drew at once in one process gave pictures that differ a little from those of one alone. Why is not
-/// known; until it is, each draws alone.
+/// Each app draws alone: a planet's maps keep the shape of the noise that suits the first snapshot drawn, which is
+/// another one where apps share threads.
 static STUDIO: Mutex<()> = Mutex::new(());
 
 fn planet() -> Planet {

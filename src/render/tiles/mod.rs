@@ -3,7 +3,7 @@
 //! From afar a planet is one sphere with cube maps. As a camera comes closer than a radius, tiles take over: squares
 //! of 64 × 64 quads on the faces of a cube, split into four where they are near ([`choice`]). They are made on
 //! background tasks ([`tile`]). Towards the distance at which a parent takes its place, each vertex glides to
-//! where the parent's flat triangles are, so nothing pops and nothing cracks.
+//! where the parent's flat triangles are, so it does not pop; walls along the rims hide cracks.
 //!
 //! Vertices are relative to the middle of their tile, and tiles are placed relative to the camera in double
 //! precision: see [`Viewpoint`].
