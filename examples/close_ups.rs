@@ -6,7 +6,7 @@
 
 use bevy_tectonics::prelude::*;
 use bevy_tectonics::simulation::{Crust, Orogeny, Surface};
-use bevy_tectonics::surface::{Terrain, east_north};
+use bevy_tectonics::surface::{Landmark, Terrain, east_north};
 use clap::Parser;
 use core::ops::ControlFlow;
 use glam::{DVec3, Vec3};
@@ -37,13 +37,10 @@ struct Arguments {
 
 /// Places worth a look, and what they are called.
 fn places(surface: &Surface) -> Result<Vec<(&'static str, DVec3)>, Box<dyn Error>> {
-    let site = |v: usize| surface.mesh.site(v as u32);
     let highest = |is: &dyn Fn(usize) -> bool| {
         let rows = (0..surface.elevation.len()).filter(|&v| is(v));
-        rows.max_by(|&a, &b| surface.elevation[a].total_cmp(&surface.elevation[b]))
-    };
-    let range = |kind: Orogeny, ages: core::ops::Range<f32>| {
-        highest(&move |v| surface.orogeny[v] == kind && ages.contains(&surface.orogeny_age[v]))
+        let best = rows.max_by(|&a, &b| surface.elevation[a].total_cmp(&surface.elevation[b]));
+        best.map(|v| surface.mesh.site(v as u32))
     };
     let is_plain = |v: usize| {
         let flat = |v: usize| {
@@ -56,31 +53,23 @@ fn places(surface: &Surface) -> Result<Vec<(&'static str, DVec3)>, Box<dyn Error
             && (2.0..12.0).contains(&surface.age[v])
             && surface.elevation[v] < -2400.0
     };
-    let is_volcano = |v: usize| {
-        surface.crust[v] == Crust::Oceanic && surface.volcanism_age[v].is_some_and(|age| age < 10.0)
-    };
+    let known = |landmark| surface.landmark(landmark).map(|(place, _)| place);
     let found = [
-        (
-            "range between continents",
-            range(Orogeny::Himalayan, 0.0..25.0),
-        ),
-        ("range over a trench", range(Orogeny::Andean, 0.0..25.0)),
-        (
-            "old range",
-            range(Orogeny::Himalayan, 150.0..f32::MAX).or(range(Orogeny::Andean, 150.0..f32::MAX)),
-        ),
+        ("range between continents", known(Landmark::HighestRange)),
+        ("range over a trench", known(Landmark::Cordillera)),
+        ("old range", known(Landmark::OldestRange)),
         ("plain", highest(&is_plain)),
-        ("volcanic island", highest(&is_volcano)),
+        ("volcanic island", known(Landmark::VolcanicIsland)),
         ("young sea floor", highest(&is_ridge)),
     ];
     let found = found.into_iter();
     let mut places: Vec<_> = found
-        .filter_map(|(name, v)| Some((name, site(v?))))
+        .filter_map(|(name, place)| Some((name, place?)))
         .collect();
     let coast = surface
         .coasts()
         .find(|&v| surface.elevation[v as usize] > 60.0);
-    places.extend(coast.map(|v| ("coast", site(v as usize))));
+    places.extend(coast.map(|v| ("coast", surface.mesh.site(v))));
     // Terrain lies up to 150 km from the sub-plates that it follows.
     for (name, place) in &mut places {
         let mut terrain = Terrain::new(surface, 2000.0)?;

@@ -328,7 +328,7 @@ fn hot_spots_start_and_stop() {
         panic!("one hot spot")
     };
     assert!((hot_spot.place - place.direction()).length() < 1e-15);
-    assert_eq!((hot_spot.flux, hot_spot.since_my), (3.0 * 3.0e5, 2.0));
+    assert_eq!((hot_spot.flux, hot_spot.since_my), (3.0 * 1.0e5, 2.0));
     run_until(&mut history, 8.0);
     assert_eq!(hot_spots(&mut history), []);
     let failure = history.event_log()[2].failure.unwrap();

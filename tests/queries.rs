@@ -4,6 +4,8 @@
 mod boundaries;
 #[path = "queries/ground.rs"]
 mod ground;
+#[path = "queries/landmarks.rs"]
+mod landmarks;
 #[path = "queries/patches.rs"]
 mod patches;
 #[path = "queries/rays.rs"]

@@ -130,6 +130,26 @@ fn land_colour(height: f32, tilt: f32, climate: vec4<f32>) -> vec3<f32> {
     return mix(ground, ICE, max(ice, 0.95 * snow));
 }
 
+// Ground up close: woods and clearings where it is moist, gravel and sand where it is dry, scree below cliffs.
+// `patches` are where plants stand dense and where stones lie, from -1 to 1; `steep` is in m per m.
+fn grown_over(base: vec3<f32>, patches: vec2<f32>, steep: f32, height: f32, climate: vec4<f32>) -> vec3<f32> {
+    let whiteness = smoothstep(0.45, 0.7, min(base.r, min(base.g, base.b)));
+    let green = saturate((base.g - 0.5 * (base.r + base.b)) / max(base.g, 0.02) * 3.0);
+    // Woods shun cliffs and the driest ground.
+    let wooded = smoothstep(-0.25, 0.45, patches.x - 0.35 * saturate(climate.y)) * (1.0 - smoothstep(0.45, 0.8, steep));
+    var ground = base * mix(vec3(1.14, 1.10, 0.92), vec3(0.60, 0.72, 0.62), wooded * green);
+    // Where little grows, stones and sand differ.
+    let stony = smoothstep(-0.2, 0.35, patches.y);
+    ground = mix(ground, base * mix(vec3(1.08, 1.02, 0.95), vec3(0.80, 0.76, 0.74), stony), 1.0 - green);
+    ground = mix(ground, base, whiteness);
+    let rock = colour(ROCK, max(height, 0.0)) * (1.0 + 0.3 * patches.y);
+    let scree = mix(rock, vec3(0.30, 0.27, 0.23), 0.5);
+    let high = smoothstep(0.2, 1.2, height);
+    let loose = smoothstep(0.42, 0.62, steep + 0.15 * patches.y) * mix(0.35, 0.8, high) * (1.0 - 0.7 * whiteness);
+    let cliff = smoothstep(0.65, 0.95, steep + 0.1 * patches.y) * 0.92;
+    return mix(mix(ground, scree, loose), rock, cliff);
+}
+
 // Light towards the viewer.
 fn shine(in: pbr_types::PbrInput, wet: f32) -> vec3<f32> {
     // Planets near a lamp are lit with all that Bevy has. The usual sun needs a fraction of that, and

@@ -81,21 +81,61 @@ fn grain(place: vec3<f32>, footprint: f32) -> vec4<f32> {
     return sum;
 }
 
-// Slope of the waves. Each is a number of crests per period along every axis, and a height over its length.
-fn waves(place: vec3<f32>, footprint: f32) -> vec3<f32> {
+// Turned from octave to octave, or noise shows its lattice.
+const TURN: mat3x3<f32> = mat3x3(0.00, 0.80, 0.60, -0.80, 0.36, -0.48, -0.60, -0.48, 0.64);
+
+// Patches of ground from 50 km down to 100 m, from -1 to 1: where plants stand dense, where stones lie.
+fn patches(direction: vec3<f32>, footprint: f32) -> vec2<f32> {
+    var sum = vec2(0.0);
+    var size = 50000.0;
+    var weight = 0.24;
+    var turned = direction;
+    for (var i = 0; i < 6 && size > 2.0 * footprint; i += 1) {
+        turned = TURN * turned;
+        let strength = weight * saturate(1.0 - 2.0 * footprint / size);
+        let place = turned * (1000.0 * planet.radius_km / size) + 31.0 * f32(i);
+        sum += strength * vec2(detail::noise(place).x, detail::noise(place + 57.0).x);
+        size *= 0.29;
+        weight = min(1.25 * weight, 0.45);
+    }
+    return clamp(sum, vec2(-1.0), vec2(1.0));
+}
+
+// Where the wind blows: easterly in the tropics and near the poles, westerly between, calm where they meet.
+fn wind(direction: vec3<f32>) -> vec3<f32> {
+    let north = vec3(0.0, 1.0, 0.0);
+    let east = normalize(cross(north, direction) + vec3(1e-5, 0.0, 0.0));
+    let latitude = abs(direction.y);
+    let westerly = smoothstep(0.42, 0.58, latitude) - smoothstep(0.82, 0.92, latitude);
+    let poleward = cross(direction, east) * (2.0 * smoothstep(-0.1, 0.1, direction.y) - 1.0);
+    return (0.9 * east + 0.44 * poleward) * (2.0 * westerly - 1.0);
+}
+
+// Slope of the waves. Each is a number of crests per period along every axis. Those that run with the wind are
+// highest.
+fn waves(place: vec3<f32>, direction: vec3<f32>, footprint: f32) -> vec3<f32> {
     var crests = array(
         vec3(97.0, 61.0, -73.0), vec3(-151.0, 113.0, 59.0), vec3(167.0, -241.0, 191.0), vec3(-307.0, -283.0, 401.0),
         vec3(601.0, 523.0, 457.0), vec3(-887.0, 1103.0, -641.0), vec3(1721.0, -1409.0, -1999.0),
+        vec3(-2503.0, -2707.0, 1103.0), vec3(3301.0, -2203.0, 2999.0), vec3(1009.0, 4409.0, -3607.0),
+        vec3(5903.0, 4507.0, 5309.0), vec3(-8111.0, 7919.0, 3001.0),
     );
+    let wind = wind(direction);
     var sum = vec3(0.0);
-    for (var i = 0; i < 7; i += 1) {
+    for (var i = 0; i < 12; i += 1) {
         let count = length(crests[i]);
         let size = PERIOD / count;
         let strength = saturate(1.0 - 3.0 * footprint / size);
-        // Waves in deep water.
-        let rate = sqrt(9.81 * 6.2831853 / size);
-        let phase = 6.2831853 * fract(dot(crests[i], place) / PERIOD) + rate * globals.time;
-        sum += strength * 0.05 * cos(phase) * crests[i] / count;
+        if strength > 0.0 {
+            // Waves in deep water; few run against the wind.
+            let along = crests[i] / count;
+            let lee = dot(along, wind);
+            let phase = 6.2831853 * fract(dot(crests[i], place) / PERIOD);
+            let turn = sqrt(9.81 * 6.2831853 / size) * globals.time;
+            let ahead = 0.01 + 0.07 * saturate(lee) * saturate(lee);
+            let back = 0.01 + 0.07 * saturate(-lee) * saturate(-lee);
+            sum += strength * (ahead * cos(phase - turn) + back * cos(phase + turn)) * along;
+        }
     }
     return sum;
 }
@@ -141,7 +181,7 @@ fn shade(in: Point) -> vec4<f32> {
         // The bed shines through shallow water.
         let clear = exp(-meters / 5.0);
         base = mix(base, 0.5 * ground::colour(ground::BED, 0.0), 0.5 * clear);
-        let wave = waves(in.place, footprint);
+        let wave = waves(in.place, direction, footprint);
         normal = normalize(up - mesh_functions::mesh_normal_local_to_world(wave - direction * dot(wave, direction), in.instance_index));
         // Surf: about as far from the shore as the bed says.
         let shore = meters / max(steep, 0.01);
@@ -154,10 +194,12 @@ fn shade(in: Point) -> vec4<f32> {
     } else {
         let height = in.height - planet.datum;
         if height > 0.0 || planet.sea == planet.datum {
+            let patch_ = patches(direction, footprint);
             let climate = here.climate + vec4(0.0, 0.0, 0.0, 0.25 * fine.w);
-            base = ground::land_colour(max(height, 0.0), length(coarse_tilt), climate);
-            let cliff = smoothstep(0.6, 1.0, steep + 0.12 * fine.w) * (1.0 - far);
-            base = mix(base, ground::colour(ground::ROCK, max(height, 0.0)) * (1.0 + 0.2 * fine.w), 0.9 * cliff);
+            // Snow and plants end at ragged lines.
+            let ragged = max(height + 0.18 * (1.0 - far) * patch_.x * saturate(2.0 * height), 0.0);
+            base = ground::land_colour(ragged, length(coarse_tilt), climate);
+            base = mix(ground::grown_over(base, patch_, steep + 0.1 * fine.w, height, climate), base, far);
             // Beaches.
             let dry = 1000.0 * height;
             let sand = (1.0 - smoothstep(1.5, 5.0, dry + 2.0 * fine.w)) * (1.0 - smoothstep(0.08, 0.25, steep)) * (1.0 - far);

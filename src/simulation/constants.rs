@@ -387,12 +387,19 @@ constants! {
     UpliftConstants("uplift") {
         /// Magma of an arc at 60 km/My of convergence, per km of trench.
         arc_flux = 80.0 in 0.0..=500.0 "km³/km/My",
+        /// Distance of the arc's front from the trench: none of the magma rises nearer (Earth: slabs feed
+        /// volcanoes from some 100 km of depth, 100-250 km behind the trench).
+        arc_front = 140.0 in 0.0..=800.0 "km",
+        /// Rock that a plate going under at 60 km/My scrapes off the fore-arc's base, per km of trench, until a
+        /// wedge is left (Clift & Vannucchi 2004, Stern 2011: 1.4-1.7 km³/yr over 42,000 km of trench).
+        subduction_erosion = 35.0 in 0.0..=500.0 "km³/km/My",
         /// Distance of the arc's crest from the trench.
         arc_distance = 200.0 in 50.0..=800.0 "km",
         /// Distance at which arc magmatism ends (central Andes: some 400 km). A wider band raises hills where
         /// mountains stand.
         arc_reach = 420.0 in 100.0..=2000.0 "km",
         /// Share of the flux that thickens oceanic crust.
+        /// More of it stays the thicker the crust is, all of it in a whole continent.
         arc_oceanic = 0.3 in 0.0..=1.0 "",
         /// Thickness at which an oceanic arc becomes continental crust.
         arc_accretion = 18.0 in 10.0..=40.0 "km",
@@ -475,6 +482,12 @@ constants! {
         forearc_width = 260.0 in 0.0..=1000.0 "km",
         /// Depth of a margin's edge.
         shelf_depth = 190.0 in 0.0..=1000.0 "m",
+        /// Width of the continental slope, where sediment slides off: crust that rifts stretched stays as
+        /// deep there as it is (Earth: 100-200 km from the edge of the crust to that of the shelf).
+        slope_width = 200.0 in 0.0..=1000.0 "km",
+        /// Depth of the slope's foot below the shelf's edge (Earth: the median crust at 25 km from its edge
+        /// lies at -2,550 m, at 75 km at -1,400 m).
+        slope_depth = 3000.0 in 0.0..=5000.0 "m",
         /// Width of the wedge of sediment at the foot of a passive margin (Earth 100-500 km).
         rise_width = 420.0 in 0.0..=2000.0 "km",
         /// Height of that wedge at the margin, once it is 60 My old (Earth: up to 2 km above the plain).

@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 
 /// Volumes of continental crust in km³ and areas of sea floor in km², since the start.
 ///
-/// `initial + arc_magma + plume_magma + accreted + prescribed + rounded − eroded` is the continental volume, where
+/// `initial + arc_magma + plume_magma + accreted + prescribed + rounded − eroded − scraped` is the continental volume,
+/// where
 /// [`accreted`](Self::accreted_km3) sums four of the books; see [`closing_error`](Self::closing_error).
 #[derive(Resource, Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, Reflect)]
 #[reflect(Resource)]
@@ -27,6 +28,8 @@ pub struct Ledger {
     pub buried_floor_km3: f64,
     /// Rock lost to the deep sea, km³.
     pub eroded_km3: f64,
+    /// Rock that sinking plates scraped off fore-arcs, km³.
+    pub scraped_km3: f64,
     /// What events made continental less what they made sea floor, km³.
     pub prescribed_km3: f64,
     /// What the rounding of thicknesses and areas has added to continents or taken, km³: next to nothing, but for
@@ -59,6 +62,7 @@ impl Ledger {
             + self.prescribed_km3
             + self.rounded_km3
             - self.eroded_km3
+            - self.scraped_km3
     }
 
     /// Growth of the continents since the start, as a share of their volume then. What events made or
@@ -74,7 +78,7 @@ impl Ledger {
     #[must_use]
     pub fn closing_error(&self, found_km3: f64) -> f64 {
         let booked = self.booked_km3();
-        let largest = self.initial_km3.max(self.eroded_km3);
+        let largest = self.initial_km3.max(self.eroded_km3 + self.scraped_km3);
         (found_km3 - booked) / booked.abs().max(1e-3 * largest).max(1.0)
     }
 }

@@ -7,6 +7,7 @@
 //! | which fault is near, where are all of them | [`nearest_boundary`], [`boundaries`] |
 //! | which plates are there, where is the coast | [`plates`], [`coasts`] |
 //! | what does a ray hit | [`ray`] |
+//! | where is the highest range, the longest ridge, a rift | [`landmark`] |
 //! | ground for a collider or a navigation mesh | [`patch`] |
 //! | the ground in more detail than was simulated | [`Raster`], and down to metres `Terrain` (feature `terrain`) |
 //! | its fields as colours | [`Overlay`] |
@@ -43,6 +44,7 @@
 //! [`coasts`]: crate::simulation::Surface::coasts
 //! [`ray`]: crate::simulation::Surface::ray
 //! [`patch`]: crate::simulation::Surface::patch
+//! [`landmark`]: crate::simulation::Surface::landmark
 //! [`prepare`]: crate::simulation::Surface::prepare
 
 mod boundary;
@@ -51,6 +53,7 @@ mod crossing;
 #[cfg(any(feature = "export", feature = "render"))]
 pub(crate) mod cube;
 pub(crate) mod ground;
+mod landmarks;
 mod overlay;
 mod patch;
 mod plates;
@@ -68,6 +71,7 @@ pub(crate) mod tint;
 pub use crate::simulation::surface::{BoundarySegment, PlateSummary};
 pub use boundary::NearBoundary;
 pub use coordinates::{direction_of, east_north, lat_lon};
+pub use landmarks::Landmark;
 #[cfg(feature = "render")]
 pub(crate) use overlay::{ARROW_COLOR, ARROW_LONGEST, ARROW_RADII, OUTLINE};
 pub use overlay::{Legend, LegendEntry, Overlay, OverlayValues, boundary_color, plate_color};

@@ -268,6 +268,7 @@ fn stages_can_be_left_out() {
 
     let (_, history) = without(|plugins| plugins.disable::<UpliftPlugin>());
     assert_eq!(history.ledger().arc_magma_km3, 0.0);
+    assert_eq!(history.ledger().scraped_km3, 0.0);
 
     let (_, history) = without(|plugins| plugins.disable::<ErodePlugin>());
     assert_eq!(history.ledger().eroded_km3, 0.0);

@@ -18,8 +18,6 @@ pub(super) struct Eyes<'a> {
     pub reach: f64,
     /// Tiles of this level are not split.
     pub deepest: u8,
-    /// Radii per m of elevation.
-    pub scale: f64,
     /// Radius of the sphere that hides what lies behind the horizon.
     pub horizon: f64,
 }
@@ -46,12 +44,12 @@ pub(super) struct Wanted {
 const BEHIND: f64 = 0.2;
 
 impl Eyes<'_> {
-    /// `range` is the lowest and highest elevation of a tile in m, if the tile is there.
-    pub fn choose(&self, range: impl Fn(Address) -> Option<[f32; 2]>) -> Choice {
+    /// `bounds` are those of a tile's ground, if the tile is there.
+    pub fn choose(&self, bounds: impl Fn(Address) -> Option<Bounds>) -> Choice {
         let mut choice = Choice::default();
         for root in Address::roots() {
-            match range(root) {
-                Some(range_m) => self.visit(root, range_m, &range, &mut choice),
+            match bounds(root) {
+                Some(found) => self.visit(root, found, &bounds, &mut choice),
                 None => choice.wanted.push(Wanted {
                     address: root,
                     urgency: f64::INFINITY,
@@ -70,12 +68,10 @@ impl Eyes<'_> {
     fn visit(
         &self,
         address: Address,
-        range_m: [f32; 2],
-        range: &impl Fn(Address) -> Option<[f32; 2]>,
+        bounds: Bounds,
+        bounds_of: &impl Fn(Address) -> Option<Bounds>,
         choice: &mut Choice,
     ) {
-        let [low, high] = range_m.map(|height| 1.0 + self.scale * f64::from(height));
-        let bounds = Bounds::new(address, low, high);
         let rises = |eye: &DVec3| bounds.rises(*eye, self.horizon);
         if !self.places.iter().any(rises) {
             return;
@@ -88,18 +84,18 @@ impl Eyes<'_> {
             return;
         }
         let children = address.children();
-        let ranges = children.map(&range);
-        if let [Some(a), Some(b), Some(c), Some(d)] = ranges {
-            for (child, range_m) in children.into_iter().zip([a, b, c, d]) {
-                self.visit(child, range_m, range, choice);
+        let found = children.map(bounds_of);
+        if let [Some(a), Some(b), Some(c), Some(d)] = found {
+            for (child, bounds) in children.into_iter().zip([a, b, c, d]) {
+                self.visit(child, bounds, bounds_of, choice);
             }
             return;
         }
         choice.drawn.push(address);
         let in_view = self.is_in_view(address, &bounds);
         let urgency = reach / nearest.max(1e-3 * reach) * if in_view { 1.0 } else { BEHIND };
-        let missing = children.into_iter().zip(ranges);
-        let missing = missing.filter(|(_, range)| range.is_none());
+        let missing = children.into_iter().zip(found);
+        let missing = missing.filter(|(_, bounds)| bounds.is_none());
         choice.wanted.extend(missing.map(|(address, _)| Wanted {
             address,
             urgency,
@@ -127,17 +123,20 @@ mod tests {
             gazes: &[DVec3::NEG_X],
             reach: LEAST_REACH,
             deepest: 12,
-            scale: 1.0 / 6.371e6,
             horizon: 1.0,
         }
     }
 
-    const RANGE: [f32; 2] = [0.0, 4000.0];
+    /// Ground up to 4,000 m above a sea like Earth's.
+    #[expect(clippy::unnecessary_wraps, reason = "as the choice asks for it")]
+    fn bounds(address: Address) -> Option<Bounds> {
+        Some(Bounds::new(address, 1.0, 1.0 + 4000.0 / 6.371e6))
+    }
 
     #[test]
     fn drawn_tiles_cover_what_is_seen_once() {
         let place = [DVec3::new(1.001, 0.01, -0.02)];
-        let choice = eyes(&place).choose(|_| Some(RANGE));
+        let choice = eyes(&place).choose(bounds);
         assert!(choice.wanted.is_empty());
         assert!(choice.drawn.len() > 100);
         for a in &choice.drawn {
@@ -166,7 +165,7 @@ mod tests {
             DVec3::new(0.7, 0.72, -0.01),
             DVec3::new(0.9, -0.6, 0.55),
         ] {
-            let choice = eyes(&[place]).choose(|_| Some(RANGE));
+            let choice = eyes(&[place]).choose(bounds);
             let drawn: std::collections::HashSet<_> = choice.drawn.iter().copied().collect();
             for tile in &choice.drawn {
                 for (dx, dy) in [(1, 0), (0, 1)] {
@@ -192,7 +191,7 @@ mod tests {
         let place = [DVec3::new(1.01, 0.0, 0.0)];
         let none = eyes(&place).choose(|_| None);
         assert_eq!((none.drawn.len(), none.wanted.len()), (0, 6));
-        let some = eyes(&place).choose(|address| (address.level < 3).then_some(RANGE));
+        let some = eyes(&place).choose(|address| bounds(address).filter(|_| address.level < 3));
         assert!(some.drawn.iter().all(|tile| tile.level < 3));
         assert!(some.wanted.iter().all(|wanted| wanted.address.level == 3));
         let urgency: Vec<f64> = some.wanted.iter().map(|wanted| wanted.urgency).collect();

@@ -18,6 +18,7 @@ use crate::{
 use bevy::{
     camera::{primitives::Aabb, visibility::NoAutoAabb},
     light::{NotShadowCaster, NotShadowReceiver},
+    math::DVec3,
     mesh::MeshTag,
     platform::collections::HashMap,
     prelude::*,
@@ -33,11 +34,10 @@ const COARSE_BELOW: f64 = 0.3;
 /// Frames for which a tile that is not drawn is kept in any case.
 const SPARED: u32 = 60;
 /// Ground that is surely above this, in m.
-const LOWEST_M: f64 = -12_000.0;
+const LOWEST_M: f32 = -12_000.0;
 
 /// What tiles are chosen and drawn by.
 pub(super) struct Scene<'a> {
-    pub planet: Entity,
     pub outlook: &'a Outlook,
     pub view: &'a PlanetView,
     pub tiles: &'a PlanetTiles,
@@ -56,14 +56,62 @@ impl Scene<'_> {
     }
 }
 
-/// Radii per m of elevation.
-pub(super) fn relief_scale(view: &PlanetView, surface: &Surface) -> f64 {
-    f64::from(exaggeration(view)) / (1000.0 * surface.radius_km)
+/// What the shape of tiles depends on besides their ground.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Measure {
+    exaggeration: f32,
+    /// Radii per m of elevation.
+    scale: f64,
+    /// Elevation of the sea in m, where there is one.
+    sea: Option<f32>,
 }
 
-/// A tile of the planet.
-#[derive(Component)]
-struct TileOf(#[expect(dead_code, reason = "for those who look at the world")] Entity);
+impl Measure {
+    fn of(view: &PlanetView, surface: &Surface) -> Self {
+        let exaggeration = exaggeration(view);
+        Self {
+            exaggeration,
+            scale: f64::from(exaggeration) / (1000.0 * surface.radius_km),
+            sea: sea_level_m(view),
+        }
+    }
+
+    /// Radius of what lies at an elevation in m.
+    fn radius(&self, height: f32) -> f64 {
+        1.0 + self.scale * f64::from(height)
+    }
+
+    fn extent(&self, tile: &Tile) -> Extent {
+        let [low, high] = tile.range;
+        let sea = self.sea.unwrap_or(low);
+        let address = tile.address;
+        let skirt = address.size() / f64::from(QUADS / 2) * f64::from(self.exaggeration).max(1.0);
+        let floor = self.radius(low.min(sea)) - skirt;
+        let drawn = Bounds::new(address, floor, self.radius(high.max(sea)));
+        Extent {
+            measure: *self,
+            middle: address.middle(),
+            ground: Bounds::new(address, self.radius(low), self.radius(high)),
+            drawn: drawn.around(address.middle()),
+            shows: match self.sea {
+                Some(level) => [high >= level, low <= level],
+                None => [true, false],
+            },
+        }
+    }
+}
+
+/// Where a tile is and how far it reaches, worked out once.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Extent {
+    measure: Measure,
+    pub middle: DVec3,
+    ground: Bounds,
+    /// A box around all that may be drawn of it, relative to its middle.
+    pub drawn: Aabb,
+    /// Whether there is ground above the sea, and sea.
+    pub shows: [bool; 2],
+}
 
 pub(super) struct Forest {
     pub surface: Arc<Surface>,
@@ -84,6 +132,7 @@ pub(super) struct Forest {
 /// A tile that is there.
 pub(super) struct Node {
     tile: Arc<Tile>,
+    pub extent: Extent,
     mesh: Handle<Mesh>,
     pub ground: Option<Entity>,
     pub sea: Option<Entity>,
@@ -99,29 +148,10 @@ pub(super) struct Node {
 struct Growing(Task<Result<(Tile, Mesh), SurfaceError>>);
 
 impl Node {
-    /// Whether there is ground above the sea, and sea.
-    pub fn shows(&self, view: &PlanetView) -> [bool; 2] {
-        let [low, high] = self.tile.range;
-        match sea_level_m(view) {
-            Some(level) => [high >= level, low <= level],
-            None => [true, false],
-        }
-    }
-
     /// What the shader wants to know of a tile: its level, and how far it has come from its parent's shape.
     pub fn tag(&self, address: Address) -> u32 {
         let glide = (self.seconds / GLIDE_S).clamp(0.0, 1.0);
         u32::from(address.level) | (((255.0 * glide) as u32) << 8)
-    }
-
-    /// A box around all that may be drawn of it, relative to its middle.
-    pub fn bounds(&self, address: Address, view: &PlanetView, scale: f64) -> Aabb {
-        let [low, high] = self.tile.range;
-        let level = sea_level_m(view).unwrap_or(low);
-        let radius = |height: f32| 1.0 + scale * f64::from(height);
-        let skirt = address.size() / f64::from(QUADS / 2) * f64::from(exaggeration(view)).max(1.0);
-        let low = radius(low.min(level)) - skirt;
-        Bounds::new(address, low, radius(high.max(level))).around(address.middle())
     }
 }
 
@@ -149,11 +179,17 @@ impl Forest {
         meshes: &mut Assets<Mesh>,
         commands: &mut Commands,
     ) -> TilesDrawn {
-        self.receive(scene.tiles.per_frame, meshes);
+        let measure = Measure::of(scene.view, &self.surface);
+        for node in self.nodes.values_mut() {
+            if node.extent.measure != measure {
+                node.extent = measure.extent(&node.tile);
+            }
+        }
+        self.receive(scene.tiles.per_frame, measure, meshes);
         if self.failed {
             return TilesDrawn::default();
         }
-        let choice = self.choose(scene);
+        let choice = self.choose(scene, measure);
         self.wait(&choice, seconds);
         self.order(&choice, scene.tiles.per_frame);
         self.draw(scene, &choice, seconds, commands);
@@ -179,7 +215,7 @@ impl Forest {
         }
     }
 
-    fn receive(&mut self, most: u32, meshes: &mut Assets<Mesh>) {
+    fn receive(&mut self, most: u32, measure: Measure, meshes: &mut Assets<Mesh>) {
         let mut left = most.max(1);
         let (nodes, made, frame) = (&mut self.nodes, &mut self.made, self.frame);
         let failed = &mut self.failed;
@@ -197,6 +233,7 @@ impl Forest {
                     left -= 1;
                     *made += 1;
                     let node = Node {
+                        extent: measure.extent(&tile),
                         tile: Arc::new(tile),
                         mesh: meshes.add(mesh),
                         ground: None,
@@ -212,24 +249,22 @@ impl Forest {
         });
     }
 
-    fn choose(&self, scene: &Scene) -> Choice {
+    fn choose(&self, scene: &Scene, measure: Measure) -> Choice {
         let radius_m = 1000.0 * self.surface.radius_km;
         let finest_m = f64::from(scene.tiles.finest_m).max(1.0);
         let level = libm::log2(Address::SPAN * radius_m / (f64::from(QUADS) * finest_m));
-        let scale = relief_scale(scene.view, &self.surface);
-        let lowest = sea_level_m(scene.view).map_or(LOWEST_M, |level| f64::from(level).min(0.0));
+        let lowest = measure.sea.map_or(LOWEST_M, |level| level.min(0.0));
         Eyes {
             places: &scene.outlook.places,
             gazes: &scene.outlook.gazes,
             reach: scene.reach(),
             deepest: level.clamp(0.0, f64::from(DEEPEST)) as u8,
-            scale,
-            horizon: (1.0 + scale * lowest).max(0.0),
+            horizon: measure.radius(lowest).max(0.0),
         }
         .choose(|address| {
             let node = self.nodes.get(&address)?;
             node.used.store(self.frame, Relaxed);
-            Some(node.tile.range)
+            Some(node.extent.ground)
         })
     }
 
@@ -284,16 +319,16 @@ impl Forest {
                 (false, false) => GLIDE_S,
             };
             node.frame = self.frame;
-            let [ground, sea] = node.shows(scene.view);
+            let [ground, sea] = node.extent.shows;
             let (tag, mesh) = (node.tag(address), node.mesh.clone());
+            let transform = scene.outlook.transform(node.extent.middle);
             let mut part = |name: &'static str, flag| {
                 let part = (
                     Name::new(name),
-                    TileOf(scene.planet),
                     Mesh3d(mesh.clone()),
                     MeshMaterial3d(scene.material.clone()),
                     MeshTag(tag | flag),
-                    scene.outlook.transform(address),
+                    transform,
                     (
                         Visibility::Hidden,
                         NotShadowCaster,

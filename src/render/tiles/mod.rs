@@ -18,7 +18,6 @@ use crate::{
     planet::{Planet, PlanetSurface, PlanetView},
     surface::cube,
 };
-use address::Address;
 use bevy::{
     asset::AssetEventSystems,
     camera::{primitives::Aabb, visibility::VisibilitySystems},
@@ -28,7 +27,7 @@ use bevy::{
     time::Real,
     transform::{TransformSystems, helper::TransformHelper},
 };
-use forest::{Forest, Scene, relief_scale};
+use forest::{Forest, Scene};
 use std::sync::Arc;
 pub(super) use tile::{COARSE_SLOPE, HEIGHTS, PLACE, SLOPE, UP};
 
@@ -175,10 +174,10 @@ impl Outlook {
         altitudes.fold(f64::INFINITY, f64::min)
     }
 
-    /// Where a tile is drawn.
-    fn transform(&self, address: Address) -> Transform {
+    /// Where a tile around this direction is drawn.
+    fn transform(&self, middle: DVec3) -> Transform {
         let (world, eye) = self.anchor;
-        let offset = self.rotation * ((address.middle() - eye) * f64::from(self.radius));
+        let offset = self.rotation * ((middle - eye) * f64::from(self.radius));
         Transform {
             translation: (world.as_dvec3() + offset).as_vec3(),
             rotation: self.rotation.as_quat(),
@@ -250,7 +249,6 @@ fn look(
 }
 
 type Tended = (
-    Entity,
     Ref<'static, PlanetSurface>,
     &'static PlanetView,
     &'static PlanetTiles,
@@ -267,7 +265,7 @@ fn tend(
     mut planets: Query<Tended, With<Planet>>,
 ) {
     let seconds = time.map_or(0.0, |time| time.delta_secs());
-    for (entity, surface, view, tiles, mut globe, mut tiling, mut drawn) in &mut planets {
+    for (surface, view, tiles, mut globe, mut tiling, mut drawn) in &mut planets {
         let globe = globe.bypass_change_detection();
         let tiling = &mut *tiling;
         tiling.rest += seconds;
@@ -309,7 +307,6 @@ fn tend(
             ((far - altitude) / (far - near)).clamp(0.0, 1.0) as f32
         };
         let scene = Scene {
-            planet: entity,
             outlook,
             view,
             tiles,
@@ -326,14 +323,14 @@ fn tend(
 
 /// Puts tiles where the camera wants them, and hides what they replace.
 fn place(
-    planets: Query<(&PlanetView, &Globe, &Tiling, Option<&InheritedVisibility>)>,
+    planets: Query<(&Globe, &Tiling, Option<&InheritedVisibility>)>,
     mut parts: Query<(
         &mut Transform,
         &mut Visibility,
         Option<(&mut MeshTag, &mut Aabb)>,
     )>,
 ) {
-    for (view, globe, tiling, visible) in &planets {
+    for (globe, tiling, visible) in &planets {
         if globe.drawn().is_some()
             && let Ok((_, mut visibility, _)) = parts.get_mut(globe.body)
         {
@@ -347,10 +344,9 @@ fn place(
             continue;
         };
         let is_seen = forest.share > 0.0 && visible.is_none_or(|visible| visible.get());
-        let scale = relief_scale(view, &forest.surface);
         for (&address, node) in &forest.nodes {
             let is_drawn = is_seen && node.frame == forest.frame;
-            let [ground, sea] = node.shows(view);
+            let [ground, sea] = node.extent.shows;
             for (part, shows, flag) in [(node.ground, ground, 0), (node.sea, sea, SEA)] {
                 let Some(Ok((mut transform, mut visibility, rest))) =
                     part.map(|part| parts.get_mut(part))
@@ -362,10 +358,10 @@ fn place(
                     continue;
                 }
                 visibility.set_if_neq(Visibility::Visible);
-                transform.set_if_neq(outlook.transform(address));
+                transform.set_if_neq(outlook.transform(node.extent.middle));
                 if let Some((mut tag, mut bounds)) = rest {
                     tag.set_if_neq(MeshTag(node.tag(address) | flag));
-                    bounds.set_if_neq(node.bounds(address, view, scale));
+                    bounds.set_if_neq(node.extent.drawn);
                 }
             }
         }

@@ -102,13 +102,14 @@ constants! {
     /// Plumes, and the islands they raise.
     HotSpotConstants("hot_spots") {
         /// Magma that a hot spot could deliver onto normal sea floor. A volcano's own height holds half
-        /// of it back, which leaves Hawaii's 0.1-0.2 km³ a year (Poland et al. 2012).
-        flux = 3.0e5 in 0.0..=5.0e6 "km³/My",
+        /// of it back, which leaves less than Hawaii's 0.1-0.2 km³ a year (Poland et al. 2012), the strongest.
+        flux = 1.0e5 in 0.0..=5.0e6 "km³/My",
         /// How much stronger or weaker than that hot spots are at most.
         flux_spread = 0.5 in 0.0..=0.95 "of the flux",
         /// Radius (standard deviation) of the ground that a hot spot feeds, or half a spacing where that
-        /// is more: then the flux per area stays and the chain is as high, but wider.
-        radius = 120.0 in 20.0..=600.0 "km",
+        /// is more: then the chain is as high, but wider. The feet of the
+        /// Hawaiian ridge lie 150-200 km apart.
+        radius = 70.0 in 20.0..=600.0 "km",
         /// Height of volcanoes per km of lava spread evenly. Cones stand three times their mean height
         /// and cover half of the ground, less what the plate yields under them (Hawaii: 9 km above its
         /// floor on 11 km of added crust).

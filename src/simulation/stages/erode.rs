@@ -136,8 +136,11 @@ fn wear_to_base_level(
             let worn = worn.min(above / constants.isostasy).min(thickness[v].0);
             thickness[v].0 -= worn;
             pool += worn * area[v].0;
-        } else if above < 0.0 {
-            room.push((v, -above / constants.isostasy * area[v].0));
+            continue;
+        }
+        let below = base - inland.slope(v, constants) - height;
+        if below > 0.0 {
+            room.push((v, below / constants.isostasy * area[v].0));
         }
     }
     let lost = share_lost * pool;
@@ -284,17 +287,34 @@ impl Inland {
         }
     }
 
-    /// Height in m above the sea down to which rock is worn, and up to which sediment fills.
+    /// Height in m above the sea down to which rock is worn, and up to which sediment fills but for the
+    /// [`slope`](Self::slope).
     fn base_level(&self, v: usize, constants: &ErosionConstants) -> f64 {
         let distance = self.distance[v];
         let width = self.shelf_width(v, constants);
         if distance < width {
-            return constants.base_edge - constants.shelf_depth * (1.0 - distance / width);
+            let shelf = (width - constants.slope_width).max(f64::MIN_POSITIVE);
+            let out = ((width - distance) / shelf).min(1.0);
+            return constants.base_edge - constants.shelf_depth * out;
         }
         let inner = distance - width;
         (constants.base_edge + constants.base_slope * inner).min(constants.base_highest)
     }
+
+    /// Depth in m below the base level down to which the sea leaves stretched crust unfilled: the slope
+    /// that leads from the shelf to the foot of the crust.
+    fn slope(&self, v: usize, constants: &ErosionConstants) -> f64 {
+        let out = 1.0 - self.distance[v] / constants.slope_width;
+        if out > 0.0 {
+            constants.slope_depth * libm::pow(out, SLOPE_POWER)
+        } else {
+            0.0
+        }
+    }
 }
+
+/// Shape of the continental slope: on Earth it is steepest at its foot. 1 is a straight line.
+const SLOPE_POWER: f64 = 1.3;
 
 /// Height of continental crust in m above the reference level (Airy isostasy).
 pub(in crate::simulation) fn continental_height(

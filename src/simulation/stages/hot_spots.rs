@@ -1,7 +1,8 @@
 //! Hot spots, a part of stage 6: volcanic islands rise over them, age, and drown.
 //!
-//! Lava piles up on the crust above a hot spot, `flux / 2πr² · exp(−d²/2r²)` km of it in a My at the
-//! distance d, the less the higher the volcanoes stand already. Sub-plates are wider than volcanoes, so
+//! Lava piles up on the crust above a hot spot, `flux / 2πrR · exp(−d²/2r²)` km of it in a My at the
+//! distance d (R is the radius of the ground that is fed, r the same or half a spacing where that is more), the
+//! less the higher the volcanoes stand already. Sub-plates are wider than volcanoes, so
 //! the height of one that carries a pile is that of its summits (see
 //! [`relief`](HotSpotConstants::relief)). Carried off by their plate, islands sink with the floor
 //! beneath them, which cools (the age–depth law) as does the swell of the mantle (Detrick & Crough 1978),
@@ -82,9 +83,9 @@ pub(in crate::simulation) fn feed_islands(
     let thickest = recipe.constants.collisions.thickest;
     let mut marks = Marks::default();
     for hot_spot in hot_spots {
-        // Per area, so that a chain is as high whatever the spacing.
-        let most = hot_spot.flux / (core::f64::consts::TAU * constants.radius * constants.radius)
-            * clock.step_my;
+        // A wider spot feeds a passing plate for longer: so chains are as high whatever the spacing.
+        let most =
+            hot_spot.flux / (core::f64::consts::TAU * constants.radius * radius) * clock.step_my;
         for (v, distance) in around(
             mesh,
             &mut marks,

@@ -1,9 +1,9 @@
 //! Stage 6: arcs, trenches and plateaus.
 //!
-//! Subduction feeds magma to a band inland of the trench and pulls the sinking plate down; thick
-//! crust flows outwards into plateaus. The published law raises the overriding plate by the relief of
-//! what goes under instead; its uplift is booked as magma. Thickening by collision happens where crust
-//! is crushed, in [`resolve_collisions`](super::resolve_collisions). Runs at the pace of the geology
+//! Subduction feeds magma to a band inland of the trench, scrapes off the base of the fore-arc in front of
+//! it and pulls the sinking plate down; thick crust flows outwards into plateaus. The published law raises
+//! the overriding plate by the relief of what goes under instead; its uplift is booked as magma.
+//! Thickening by collision happens where crust is crushed, in [`resolve_collisions`](super::resolve_collisions). Runs at the pace of the geology
 //! clock.
 
 use super::super::{
@@ -29,6 +29,8 @@ const MOST_VIGOROUS: f64 = 3.0;
 const OROGENY_SPEED: f64 = 5.0;
 /// A range that has not been thickened for so long is no longer held up by what pressed it, in My.
 const PRESSED: f32 = 8.0;
+/// Thickness of the overriding crust's tip at the trench, in km (the wedges of Chile and Japan).
+const WEDGE_TIP: f64 = 12.0;
 /// Flow of thick crust is stated at this spacing, in km.
 const FLOW_SPACING: f64 = 226.0;
 
@@ -130,8 +132,14 @@ pub(in crate::simulation) fn uplift(
     let vigour = (1.0 - constants.arc_feedback * growth).clamp(0.0, MOST_VIGOROUS);
     let law = recipe.laws.uplift;
     let published = &recipe.constants.laws;
+    let arc = in_order([
+        constants.arc_front,
+        constants.arc_distance,
+        constants.arc_reach,
+    ]);
     let (crest, end) = match law {
-        UpliftLaw::Magma => (constants.arc_distance, constants.arc_reach),
+        // Cells beyond the end may still have a part of it.
+        UpliftLaw::Magma => (arc[1], arc[2] + half),
         UpliftLaw::Cortial => (published.uplift_peak, published.subduction_distance),
     };
     let sources: Vec<(u32, f64)> = arcs.iter().map(|&(v, ..)| (v, half)).collect();
@@ -144,7 +152,7 @@ pub(in crate::simulation) fn uplift(
         }
         let fresh = match law {
             UpliftLaw::Magma => {
-                let profile = arc_profile(distance, crest, end);
+                let profile = arc_profile(distance, half, arc);
                 let flux = constants.arc_flux * speed / ARC_SPEED * vigour;
                 flux * profile * time
             }
@@ -154,6 +162,19 @@ pub(in crate::simulation) fn uplift(
             }
         };
         if crust[v].is_continental() {
+            if law == UpliftLaw::Magma {
+                let (share, ramp) = fore_arc(distance, half, constants.arc_front);
+                let whole = recipe.constants.erosion.reference_thickness;
+                let wedge = WEDGE_TIP + (whole - WEDGE_TIP) * ramp;
+                let gnawed = constants.subduction_erosion * speed / ARC_SPEED * share * time;
+                let gnawed = gnawed.min((thickness[v].0 - wedge).max(0.0));
+                thickness[v].0 -= gnawed;
+                ledger.scraped_km3 += gnawed * area[v].0;
+            }
+            let fresh = match law {
+                UpliftLaw::Magma => fresh * stays(&recipe, thickness[v].0),
+                UpliftLaw::Cortial => fresh,
+            };
             let fresh = fresh.min((recipe.constants.collisions.thickest - thickness[v].0).max(0.0));
             thickness[v].0 += fresh;
             ledger.arc_magma_km3 += fresh * area[v].0;
@@ -189,14 +210,52 @@ fn trench_profile(distance: f64, half: f64, width: f64) -> f64 {
     (filled(distance + half) - filled(distance - half)) / (2.0 * half)
 }
 
-/// Share of an arc's flux per km of distance from the trench: a triangle that integrates to 1.
-fn arc_profile(distance: f64, peak: f64, end: f64) -> f64 {
-    let height = 2.0 / end;
-    if distance < peak {
-        height * distance / peak
-    } else {
-        height * ((end - distance) / (end - peak).max(1e-9)).max(0.0)
+/// Share of an arc's magma that stays in crust of this thickness, in km: what crystallises first founders,
+/// more of it under thin and mafic crust.
+fn stays(recipe: &Recipe, thickness: f64) -> f64 {
+    let constants = &recipe.constants;
+    let (thin, whole) = (
+        constants.uplift.arc_accretion,
+        constants.erosion.reference_thickness,
+    );
+    let ripe = ((thickness - thin) / (whole - thin).max(1e-9)).clamp(0.0, 1.0);
+    constants.uplift.arc_oceanic + (1.0 - constants.uplift.arc_oceanic) * ripe
+}
+
+/// What the fore-arc, between the trench and the arc's front, has of a cell from `distance − half` to
+/// `distance + half`: its share per km, which integrates to 1 on every mesh, and the mean of a ramp that
+/// rises from 0 at the trench to 1 at the front.
+fn fore_arc(distance: f64, half: f64, front: f64) -> (f64, f64) {
+    if front <= 0.0 {
+        return (0.0, 1.0);
     }
+    let inside = |x: f64| x.clamp(0.0, front);
+    let risen = |x: f64| 0.5 * inside(x) * inside(x) / front + (x - front).max(0.0);
+    let mean = |f: &dyn Fn(f64) -> f64| (f(distance + half) - f(distance - half)) / (2.0 * half);
+    (mean(&inside) / front, mean(&risen))
+}
+
+/// Distances of an arc's front, crest and end, each at least a kilometre behind the one before.
+fn in_order([front, crest, end]: [f64; 3]) -> [f64; 3] {
+    let crest = crest.max(front + 1.0);
+    [front, crest, end.max(crest + 1.0)]
+}
+
+/// Share of an arc's flux per km of distance from the trench that falls on a cell from `distance − half`
+/// to `distance + half`: a triangle over the arc's front, crest and end that integrates to 1 on every
+/// mesh. In front of the arc there is no magma.
+fn arc_profile(distance: f64, half: f64, [front, crest, end]: [f64; 3]) -> f64 {
+    // Share nearer than a distance.
+    let nearer = |x: f64| {
+        if x < crest {
+            let x = (x - front).max(0.0);
+            x * x / ((crest - front) * (end - front))
+        } else {
+            let x = (end - x).max(0.0);
+            1.0 - x * x / ((end - crest) * (end - front))
+        }
+    };
+    (nearer(distance + half) - nearer(distance - half)) / (2.0 * half)
 }
 
 /// Adds the relative motion to a fold direction (Cortial et al. 2019, `f ← f + β(sᵢ − sⱼ)δt`), kept
@@ -278,12 +337,33 @@ mod tests {
     }
 
     #[test]
-    fn an_arc_hands_out_all_of_its_magma() {
-        let sum: f64 = (0..5200)
-            .map(|i| arc_profile(f64::from(i) * 0.1 + 0.05, 200.0, 520.0) * 0.1)
-            .sum();
-        assert!((sum - 1.0).abs() < 1e-6, "{sum}");
-        assert!(arc_profile(200.0, 200.0, 520.0) > arc_profile(100.0, 200.0, 520.0));
+    fn an_arc_hands_out_all_of_its_magma_behind_its_front() {
+        let arc = [100.0, 200.0, 420.0];
+        for spacing in [226.0, 113.0, 56.0] {
+            let cells = (0..10).map(|i| (f64::from(i) + 0.5) * spacing);
+            let volume: f64 = cells
+                .map(|d| arc_profile(d, 0.5 * spacing, arc) * spacing)
+                .sum();
+            assert!((volume - 1.0).abs() < 1e-9, "{spacing} {volume}");
+        }
+        assert_eq!(arc_profile(50.0, 40.0, arc), 0.0);
+        assert_eq!(in_order([500.0, 200.0, 100.0]), [500.0, 501.0, 502.0]);
+        // Height of the triangle: 2 / (420 − 100).
+        assert!((arc_profile(200.0, 1e-3, arc) - 0.00625).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_fore_arc_is_as_large_on_every_mesh() {
+        for spacing in [226.0, 113.0, 56.0] {
+            let cells: Vec<_> = (0..10)
+                .map(|i| fore_arc((f64::from(i) + 0.5) * spacing, 0.5 * spacing, 100.0))
+                .collect();
+            let share: f64 = cells.iter().map(|cell| cell.0 * spacing).sum();
+            // 100 km of a ramp, then 1.
+            let missing: f64 = cells.iter().map(|cell| (1.0 - cell.1) * spacing).sum();
+            assert!((share - 1.0).abs() < 1e-9, "{spacing} {share}");
+            assert!((missing - 50.0).abs() < 1e-9, "{spacing} {missing}");
+        }
     }
 
     /// One cell of 64 km among 35 km: while pressed, it flows above 55 km, later above 44 km.
