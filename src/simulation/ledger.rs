@@ -29,6 +29,7 @@ pub struct Ledger {
     /// Rock lost to the deep sea, km³.
     pub eroded_km3: f64,
     /// Rock that sinking plates scraped off fore-arcs, km³.
+    #[serde(default)]
     pub scraped_km3: f64,
     /// What events made continental less what they made sea floor, km³.
     pub prescribed_km3: f64,
