@@ -7,8 +7,7 @@ use serde::{Deserialize, Serialize};
 /// Volumes of continental crust in km³ and areas of sea floor in km², since the start.
 ///
 /// `initial + arc_magma + plume_magma + accreted + prescribed + rounded − eroded − scraped` is the continental volume,
-/// where
-/// [`accreted`](Self::accreted_km3) sums four of the books; see [`closing_error`](Self::closing_error).
+/// where [`accreted`](Self::accreted_km3) sums four of the books; see [`closing_error`](Self::closing_error).
 #[derive(Resource, Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, Reflect)]
 #[reflect(Resource)]
 pub struct Ledger {

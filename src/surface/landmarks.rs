@@ -83,9 +83,7 @@ impl Surface {
     /// ```
     /// use bevy_tectonics::{prelude::*, surface::{Landmark, lat_lon}};
     ///
-    /// # let history = History::new(Recipe::earth_like(7).with_sub_plates(500))?;
-    /// # let mut history = history;
-    /// let surface = history.surface()?;
+    /// let surface = History::new(Recipe::earth_like(7).with_sub_plates(500))?.surface()?;
     /// for landmark in Landmark::ALL {
     ///     if let Some((place, _)) = surface.landmark(landmark) {
     ///         let (latitude, longitude) = lat_lon(place);
@@ -156,10 +154,10 @@ impl Surface {
 
     /// The sub-plate of a kind that has the most of something; the first of equals.
     fn best(&self, is: impl Fn(u32) -> bool, most: impl Fn(u32) -> f32) -> Option<u32> {
-        let found = (0..self.mesh.vertex_count() as u32).filter(|&v| is(v));
-        let found = found.map(|v| (v, most(v)));
-        let (best, _) = found.reduce(|best, next| if next.1 > best.1 { next } else { best })?;
-        Some(best)
+        first_most(
+            (0..self.mesh.vertex_count() as u32).filter(|&v| is(v)),
+            most,
+        )
     }
 
     /// Time since a sub-plate was last raised in My, if it ever was.
@@ -191,8 +189,7 @@ impl Surface {
 
     /// The coast of a kind that has the most of something, and the way to the sea.
     fn coast(&self, is: impl Fn(u32) -> bool, most: impl Fn(u32) -> f32) -> Option<(DVec3, DVec3)> {
-        let found = self.coasts().filter(|&v| is(v)).map(|v| (v, most(v)));
-        let (best, _) = found.reduce(|best, next| if next.1 > best.1 { next } else { best })?;
+        let best = first_most(self.coasts().filter(|&v| is(v)), most)?;
         let place = self.mesh.site(best);
         let wet = self.mesh.neighbours(best);
         let wet = wet.filter(|&w| value(&self.elevation, w) <= 0.0);
@@ -237,6 +234,13 @@ impl Surface {
     fn ahead(&self, v: u32) -> DVec3 {
         tangent(value(&self.velocity, v).as_dvec3(), self.mesh.site(v))
     }
+}
+
+/// The sub-plate that has the most of something; the first of equals.
+fn first_most(found: impl Iterator<Item = u32>, most: impl Fn(u32) -> f32) -> Option<u32> {
+    let found = found.map(|v| (v, most(v)));
+    let (best, _) = found.reduce(|best, next| if next.1 > best.1 { next } else { best })?;
+    Some(best)
 }
 
 /// The way across a piece of a boundary.

@@ -69,7 +69,7 @@ fn landmarks_are_what_they_are_called() {
 }
 
 #[test]
-fn a_planet_without_a_history_has_few_landmarks() {
+fn a_planet_without_land_has_no_landmarks_on_land() {
     let mut flat = planet().clone();
     flat.elevation.fill(-3000.0);
     for landmark in [

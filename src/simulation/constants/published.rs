@@ -107,8 +107,8 @@ constants! {
         /// How much stronger or weaker than that hot spots are at most.
         flux_spread = 0.5 in 0.0..=0.95 "of the flux",
         /// Radius (standard deviation) of the ground that a hot spot feeds, or half a spacing where that
-        /// is more: then the chain is as high, but wider. The feet of the
-        /// Hawaiian ridge lie 150-200 km apart.
+        /// is more: then the chain is as high, but wider. The feet of the Hawaiian
+        /// ridge lie 150-200 km apart.
         radius = 70.0 in 20.0..=600.0 "km",
         /// Height of volcanoes per km of lava spread evenly. Cones stand three times their mean height
         /// and cover half of the ground, less what the plate yields under them (Hawaii: 9 km above its

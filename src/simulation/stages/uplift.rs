@@ -3,8 +3,8 @@
 //! Subduction feeds magma to a band inland of the trench, scrapes off the base of the fore-arc in front of
 //! it and pulls the sinking plate down; thick crust flows outwards into plateaus. The published law raises
 //! the overriding plate by the relief of what goes under instead; its uplift is booked as magma.
-//! Thickening by collision happens where crust is crushed, in [`resolve_collisions`](super::resolve_collisions). Runs at the pace of the geology
-//! clock.
+//! Thickening by collision happens where crust is crushed, in
+//! [`resolve_collisions`](super::resolve_collisions). Runs at the pace of the geology clock.
 
 use super::super::{
     boundaries::Boundaries,
@@ -207,7 +207,12 @@ fn trench_profile(distance: f64, half: f64, width: f64) -> f64 {
         let x = (x / width.max(1e-9)).clamp(0.0, 1.0);
         width * (x - 0.5 * x * x)
     };
-    (filled(distance + half) - filled(distance - half)) / (2.0 * half)
+    over_cell(filled, distance, half)
+}
+
+/// Mean over a cell from `distance − half` to `distance + half` of what adds up to `sum` on the way there.
+fn over_cell(sum: impl Fn(f64) -> f64, distance: f64, half: f64) -> f64 {
+    (sum(distance + half) - sum(distance - half)) / (2.0 * half)
 }
 
 /// Share of an arc's magma that stays in crust of this thickness, in km: what crystallises first founders,
@@ -231,8 +236,10 @@ fn fore_arc(distance: f64, half: f64, front: f64) -> (f64, f64) {
     }
     let inside = |x: f64| x.clamp(0.0, front);
     let risen = |x: f64| 0.5 * inside(x) * inside(x) / front + (x - front).max(0.0);
-    let mean = |f: &dyn Fn(f64) -> f64| (f(distance + half) - f(distance - half)) / (2.0 * half);
-    (mean(&inside) / front, mean(&risen))
+    (
+        over_cell(inside, distance, half) / front,
+        over_cell(risen, distance, half),
+    )
 }
 
 /// Distances of an arc's front, crest and end, each at least a kilometre behind the one before.
@@ -255,7 +262,7 @@ fn arc_profile(distance: f64, half: f64, [front, crest, end]: [f64; 3]) -> f64 {
             1.0 - x * x / ((end - crest) * (end - front))
         }
     };
-    (nearer(distance + half) - nearer(distance - half)) / (2.0 * half)
+    over_cell(nearer, distance, half)
 }
 
 /// Adds the relative motion to a fold direction (Cortial et al. 2019, `f ← f + β(sᵢ − sⱼ)δt`), kept
