@@ -38,7 +38,8 @@ fn normals(ocean_share: f64) -> Hypsometry {
     })
 }
 
-/// Within the laws' reach nothing differs by more than metres; what lies deeper shows as deep floor.
+/// Within the laws' reach nothing differs by more than metres; what lies deeper shows as deep floor, or as the
+/// wedge of sediment that lies on it.
 #[test]
 fn the_drawn_curve_is_shown() {
     let bent = Hypsometry::Curve(vec![
@@ -53,14 +54,14 @@ fn the_drawn_curve_is_shown() {
         let mut outside = 0;
         for (share, elevation) in shown(&mut history) {
             let drawn = hypsometry.elevation(share);
-            if (-5100.0..5300.0).contains(&drawn) {
+            if (-5000.0..5300.0).contains(&drawn) {
                 assert!(
                     (elevation - drawn).abs() < 25.0,
                     "{hypsometry:?}: {elevation} m in place of {drawn} m"
                 );
             } else if (elevation - drawn).abs() > 25.0 {
                 outside += 1;
-                assert!(!(-5100.0..=5200.0).contains(&elevation));
+                assert!(!(-4800.0..=5200.0).contains(&elevation));
             }
         }
         let outside = f64::from(outside) / f64::from(SUB_PLATES);

@@ -274,8 +274,9 @@ fn likeness(history: &mut History) -> f64 {
     best
 }
 
-/// After 40 My every planet from the picture overlaps it by more than this, and no random one does.
-const KNOWN_AT_40_MY: f64 = 0.42;
+/// After 40 My every planet from the picture overlaps it by more than this, and no random one does. Of seeds 1
+/// to 24 the picture's least had 0.38 and the most of a random one was 0.36.
+const KNOWN_AT_40_MY: f64 = 0.37;
 /// After 80 My continents have broken and drifted apart by thousands of km: one planet may be like the picture
 /// by chance, or unlike it. The mean over a dozen is not. This was set between the means of seeds 1 to 12 (0.42
 /// from the picture, 0.28 from none) and is tested on others.

@@ -119,6 +119,9 @@ constants! {
         highest = 3000.0 in 0.0..=10000.0 "m",
         /// Height of the swell of hot mantle beneath the youngest islands (Crough 1983: 0.5-1.5 km).
         swell = 1000.0 in 0.0..=3000.0 "m",
+        /// Distance from the hot spot at which the swell has run out (Crough 1983: swells are 1,000-1,500 km
+        /// across).
+        swell_radius = 600.0 in 0.0..=3000.0 "km",
         /// Time in which the swell cools away behind the hot spot (Detrick & Crough 1978: some 40 My
         /// to the last tenth).
         swell_time = 20.0 in 1.0..=200.0 "My",

@@ -16,7 +16,7 @@ use super::super::{
     reach::reach,
     recipe::Recipe,
     sea::Sea,
-    stages::hot_spots::volcano_height,
+    stages::hot_spots::plume_swells,
     sub_plate::*,
     topology::{EdgeState, Topology},
     workers::Workers,
@@ -122,8 +122,7 @@ fn wear_to_base_level(
         let height = continental_height(constants, thickness[v].0) - sea_level;
         let above = height - base;
         if above > 0.0 {
-            let x = 1e-3 * above;
-            let mut worn = constants.rate * x * x / (x + 1.0) * time;
+            let mut worn = constants.rate * 1e-3 * above * time;
             let width = inland.shelf_width(v, constants);
             if inland.distance[v] < width {
                 // Waves and short rivers plane a margin down to its shelf, from its edge inwards: narrow
@@ -379,18 +378,28 @@ impl RockColumn {
     }
 
     /// Height of volcanoes above it in m.
-    fn volcanoes(&self, recipe: &Recipe, now: f64) -> f64 {
+    fn volcanoes(&self, recipe: &Recipe) -> f64 {
         if self.crust.is_continental() {
             0.0
         } else {
-            volcano_height(&recipe.constants.hot_spots, self.volcanism, now)
+            recipe.constants.hot_spots.relief * f64::from(self.volcanism.pile_km)
         }
     }
 
-    /// Elevation in m as the ground would settle at a time in My, far from every margin.
+    /// Elevation in m about as the ground would settle at a time in My, far from every margin, with swells as
+    /// narrow as their volcanoes. Saves keep what differs from it, so it stays as it is.
     #[cfg(feature = "save")]
     pub(crate) fn elevation(&self, recipe: &Recipe, sea: &Sea, now: f64) -> f64 {
-        self.height(recipe, now, 0.0) + self.volcanoes(recipe, now) - sea.level
+        let constants = &recipe.constants.hot_spots;
+        let swell = match self.volcanism.last_my {
+            Some(last) if !self.crust.is_continental() => {
+                let since = (now - f64::from(last)).max(0.0);
+                let whole = (0.5 * f64::from(self.volcanism.pile_km)).min(1.0);
+                constants.swell * whole * libm::exp(-since / constants.swell_time)
+            }
+            _ => 0.0,
+        };
+        self.height(recipe, now, 0.0) + (self.volcanoes(recipe) + swell) - sea.level
     }
 }
 
@@ -436,6 +445,7 @@ pub(in crate::simulation) fn settle(
         }
     }
     let rise = continental_rise(&recipe, &workers, mesh, plate, crust);
+    let swells = plume_swells(&recipe, mesh, volcanism, clock.time_my);
     let column = |v: usize| RockColumn {
         crust: crust[v],
         thickness: thickness[v],
@@ -443,14 +453,14 @@ pub(in crate::simulation) fn settle(
         trench: trench[v],
         volcanism: volcanism[v],
     };
-    let height = |v: usize| column(v).height(&recipe, clock.time_my, rise[v]);
+    let height = |v: usize| column(v).height(&recipe, clock.time_my, rise[v]) + swells[v];
     let heights = workers.map(crust.len(), |rows| rows.map(height).collect::<Vec<f64>>());
     let mut heights = heights.concat();
 
     if recipe.laws.erosion == ErosionLaw::Cortial {
         swell(&recipe, mesh, &mut heights);
     }
-    let volcanoes = |v: usize| column(v).volcanoes(&recipe, clock.time_my);
+    let volcanoes = |v: usize| column(v).volcanoes(&recipe);
     // The sea washes round volcanoes: what it gives way to is the mean of the ground, not its summits.
     let means: Vec<f64> = heights
         .iter()

@@ -4,14 +4,22 @@
 //! distance d (R is the radius of the ground that is fed, r the same or half a spacing where that is more), the
 //! less the higher the volcanoes stand already. Sub-plates are wider than volcanoes, so
 //! the height of one that carries a pile is that of its summits (see
-//! [`relief`](HotSpotConstants::relief)). Carried off by their plate, islands sink with the floor
-//! beneath them, which cools (the age–depth law) as does the swell of the mantle (Detrick & Crough 1978),
-//! while rain and waves plane what stands above the sea. What was planed and has sunk is a guyot.
+//! [`relief`](HotSpotConstants::relief)). All around, hot mantle lifts the plate to a swell. Carried off by
+//! it, islands sink with the floor beneath them, which cools (the age–depth law) as does the swell (Detrick
+//! & Crough 1978), while rain and waves plane what stands above the sea. What was planed and has sunk is a guyot.
 
 use super::super::{
-    clock::Clock, columns::Columns, constants::HotSpotConstants, error::TectonicError,
-    hot_spot::HotSpot, ledger::Ledger, reach::Marks, recipe::Recipe, sea::Sea, sub_plate::*,
-    topology::Topology,
+    clock::Clock,
+    columns::Columns,
+    constants::HotSpotConstants,
+    error::TectonicError,
+    hot_spot::HotSpot,
+    ledger::Ledger,
+    reach::{Marks, reach},
+    recipe::Recipe,
+    sea::Sea,
+    sub_plate::*,
+    topology::{EdgeState, Topology},
 };
 use super::sea_floor_depth;
 use crate::mesh::{EdgePayload, SphereMesh};
@@ -20,22 +28,42 @@ use glam::DVec3;
 
 /// Radii within which crust is fed; farther out less than a hundredth arrives.
 const REACH: f64 = 3.0;
-/// Pile under which the swell is fully there, in km.
-const SWELL_PILE: f64 = 2.0;
-
-/// Height in m of the volcanoes on a sub-plate, and of the swell beneath them, above the sea floor.
-pub(in crate::simulation) fn volcano_height(
-    constants: &HotSpotConstants,
-    volcanism: Volcanism,
+/// Height in m of the swells of hot mantle under young volcanoes, and so of the plates that they have passed
+/// under. One that has cooled for a while is both lower and narrower: as a distance from the hot spot would
+/// make it.
+pub(in crate::simulation) fn plume_swells(
+    recipe: &Recipe,
+    mesh: &SphereMesh<EdgeState>,
+    volcanism: &[Volcanism],
     now_my: f64,
-) -> f64 {
-    let Some(last) = volcanism.last_my else {
-        return constants.relief * f64::from(volcanism.pile_km);
+) -> Vec<f64> {
+    let constants = &recipe.constants.hot_spots;
+    let radius = constants.swell_radius;
+    let cooled = |volcanism: Volcanism| {
+        let since = (now_my - f64::from(volcanism.last_my?)).max(0.0);
+        let distance = radius * swell_distance(since / constants.swell_time);
+        (distance < radius).then_some(distance)
     };
-    let pile = f64::from(volcanism.pile_km);
-    let since = (now_my - f64::from(last)).max(0.0);
-    constants.relief * pile
-        + constants.swell * (pile / SWELL_PILE).min(1.0) * libm::exp(-since / constants.swell_time)
+    let rows = (0..).zip(volcanism);
+    let sources: Vec<(u32, f64)> = rows
+        .filter_map(|(v, volcanism)| Some((v, cooled(*volcanism)?)))
+        .collect();
+    let mut swells = vec![0.0; volcanism.len()];
+    for (v, distance, _) in reach(mesh, recipe.radius_km, &sources, radius, |_| true).found {
+        swells[v as usize] = constants.swell * swell_profile(distance / radius);
+    }
+    swells
+}
+
+/// Height of a swell as a share of its middle's, by the distance from there in radii of it.
+fn swell_profile(x: f64) -> f64 {
+    let inside = (1.0 - x * x).max(0.0);
+    inside * inside
+}
+
+/// Distance in radii at which a swell stands as high as its middle does after so many times in which it cools.
+fn swell_distance(age: f64) -> f64 {
+    (1.0 - libm::exp(-0.5 * age)).sqrt()
 }
 
 /// Lava in km that stays on a pile on floor of this depth, in m below the sea, where `fresh` would on none:
@@ -182,16 +210,36 @@ pub(in crate::simulation) fn around<E: EdgePayload>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simulation::fixtures::random_mesh;
 
+    /// A hot spot under one cell now, and under another 20 My ago.
     #[test]
-    fn volcanoes_stand_on_their_swell_and_lose_it() {
-        let constants = HotSpotConstants::default();
-        let height =
-            |pile_km, last_my, now| volcano_height(&constants, Volcanism { pile_km, last_my }, now);
-        assert_eq!(height(0.0, None, 50.0), 0.0);
-        // 750 m/km · 8 km + 1000 m, and after 20 My 1000 m / e = 367.88 m.
-        assert!((height(8.0, Some(50.0), 50.0) - 7000.0).abs() < 1e-9);
-        assert!((height(8.0, Some(50.0), 70.0) - 6367.88).abs() < 0.01);
+    fn swells_are_wide_and_fade() {
+        let mesh = random_mesh::<EdgeState>(8000);
+        let recipe = Recipe::earth_like(1).with_sub_plates(8000);
+        let constants = &recipe.constants.hot_spots;
+        let mut volcanism = vec![Volcanism::default(); 8000];
+        volcanism[5].last_my = Some(100.0);
+        let far = (0..8000_u32)
+            .find(|&v| mesh.site(v).dot(mesh.site(5)) < -0.9)
+            .unwrap();
+        volcanism[far as usize].last_my = Some(80.0);
+        let swells = plume_swells(&recipe, &mesh, &volcanism, 100.0);
+        assert!((swells[5] - constants.swell).abs() < 1e-9);
+        // 1000 m / e = 367.88 m.
+        assert!((swells[far as usize] - 367.88).abs() < 0.01);
+        let next = mesh.neighbours(5).next().unwrap();
+        let x = mesh.site(5).distance(mesh.site(next)) * 6371.0 / 600.0;
+        let share = (1.0 - x * x) * (1.0 - x * x);
+        assert!((swells[next as usize] - 1000.0 * share).abs() < 1e-9);
+        let wide = |v: u32| {
+            let near = |w: &u32| mesh.site(*w).distance(mesh.site(v)) * 6371.0 < 700.0;
+            (0..8000_u32)
+                .filter(near)
+                .filter(|&w| swells[w as usize] > 0.0)
+                .count()
+        };
+        assert!(wide(5) > wide(far) && wide(far) > 0);
     }
 
     #[test]
