@@ -303,8 +303,8 @@ constants! {
         ocean_drag = 1.0 in 0.1..=10.0 "per km² and km/My",
         /// Basal drag of continents, whose roots reach deeper. At 1.7 fine meshes have a median speed of 20 km/My.
         continent_drag = 1.3 in 0.1..=20.0 "per km² and km/My",
-        /// Pull of a full slab of 80 My on its plate, per km of trench (the study has 7e5; at an eighth more
-        /// surfaces are as fast as Earth's, 38 km/My on average; Yggdrasill's 5e-8 m/yr²
+        /// Pull of a full slab of 80 My on its plate, per km of trench (the study has 7e5; with an eighth more
+        /// twenty tuning seeds moved at 39 km/My on average, Earth does at 38; Yggdrasill's 5e-8 m/yr²
         /// acts on single vertices and dilutes as the mesh is refined).
         slab_pull = 8.0e5 in 0.0..=1.0e7 "per km",
         /// Suction of the same slab on the overriding plate.
