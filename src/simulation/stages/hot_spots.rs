@@ -28,6 +28,7 @@ use glam::DVec3;
 
 /// Radii within which crust is fed; farther out less than a hundredth arrives.
 const REACH: f64 = 3.0;
+
 /// Height in m of the swells of hot mantle under young volcanoes, and so of the plates that they have passed
 /// under. One that has cooled for a while is both lower and narrower: as a distance from the hot spot would
 /// make it.
