@@ -3,12 +3,13 @@
 //! `cargo run --release --example portrait -- --seed 11 --duration 150 --out portrait.png`
 //! `cargo run --release --example portrait -- --altitude 3000 --heading 90 --pitch -5`
 
+#[expect(dead_code, reason = "each uses a part of it")]
 #[path = "../tests/studio/mod.rs"]
 mod studio;
 
 use bevy_tectonics::{
     prelude::*,
-    render::PlanetRenderSettings,
+    render::{PlanetClouds, PlanetRenderSettings, Preset, Stars},
     surface::{direction_of, east_north},
 };
 use clap::Parser;
@@ -21,6 +22,15 @@ struct Arguments {
     /// Seed of the planet.
     #[arg(long, default_value_t = 11)]
     seed: u64,
+    /// What kind of planet: earth-like, young-hot or old-dry.
+    #[arg(long, default_value = "earth-like")]
+    preset: String,
+    /// Draws clouds.
+    #[arg(long)]
+    clouds: bool,
+    /// Draws stars.
+    #[arg(long)]
+    stars: bool,
     /// Number of sub-plates, 200 to 2,000,000.
     #[arg(long, default_value_t = 10_000)]
     sub_plates: u32,
@@ -97,7 +107,15 @@ fn portray(arguments: &Arguments) -> Result<(), String> {
                 .ok_or_else(|| format!("there is no overlay {name}; --help names them all"))?,
         ),
     };
-    let recipe = Recipe::earth_like(arguments.seed)
+    let preset = Preset::ALL
+        .into_iter()
+        .find(|preset| preset.name() == arguments.preset)
+        .ok_or_else(|| {
+            let names = Preset::ALL.map(Preset::name).join(", ");
+            format!("there is no preset {}; there are {names}", arguments.preset)
+        })?;
+    let recipe = preset
+        .recipe(arguments.seed)
         .with_sub_plates(arguments.sub_plates)
         .with_duration(arguments.duration);
     let (width, height) = (arguments.width, arguments.height);
@@ -127,6 +145,20 @@ fn portray(arguments: &Arguments) -> Result<(), String> {
         exaggeration: arguments.exaggeration,
         ..PlanetView::default()
     };
+    let (palette, air, clouds) = preset.look();
+    studio.dress((palette, air), ());
+    if arguments.clouds {
+        studio.dress(
+            PlanetClouds {
+                drift: 0.0,
+                ..clouds
+            },
+            (),
+        );
+    }
+    if arguments.stars {
+        studio.dress((), Stars::default());
+    }
     studio.pose(Pose {
         latitude: arguments.latitude,
         longitude: arguments.longitude,

@@ -2,6 +2,7 @@
 //!
 //! `cargo run --release --example postcards -- --seed 206 --out postcards`
 
+#[expect(dead_code, reason = "each uses a part of it")]
 #[path = "../tests/studio/mod.rs"]
 mod studio;
 

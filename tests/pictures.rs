@@ -5,12 +5,13 @@
 //! new pictures in place of comparing: look at each before you commit it.
 #![cfg(all(feature = "window", feature = "export", feature = "terrain"))]
 
+#[expect(dead_code, reason = "each uses a part of it")]
 mod studio;
 
 use bevy::{mesh::MeshTag, prelude::*};
 use bevy_tectonics::{
     prelude::*,
-    render::{PlanetRenderSettings, TilesDrawn},
+    render::{PlanetClouds, PlanetRenderSettings, Preset, TilesDrawn},
     surface::direction_of,
 };
 use core::time::Duration;
@@ -238,21 +239,35 @@ fn planets_look_as_they_were_approved() {
     fs::create_dir_all(&drawn).unwrap();
     let approve = env::var_os("BEVY_TECTONICS_APPROVE").is_some();
     let mut complaints = Vec::new();
-    for (name, view, pose) in scenes() {
-        *studio.view() = view;
-        studio.pose(pose);
-        let picture = studio.shoot().unwrap();
+    let mut compare = |name: &str, picture: &Picture| {
         let file = format!("{name}.png");
         picture.save(&drawn.join(&file)).unwrap();
         if approve {
             picture.save(&approved.join(&file)).unwrap();
-            continue;
+            return;
         }
         match load(&approved.join(&file)) {
             Ok(expected) => complaints
-                .extend(difference(&picture, &expected).map(|how| format!("{name}: {how}"))),
+                .extend(difference(picture, &expected).map(|how| format!("{name}: {how}"))),
             Err(error) => complaints.push(format!("{name}: {error}")),
         }
+    };
+    for (name, view, pose) in scenes() {
+        *studio.view() = view;
+        studio.pose(pose);
+        compare(&name, &studio.shoot().unwrap());
+    }
+    // The same ground in other colours, below other skies and clouds.
+    *studio.view() = PlanetView::default();
+    studio.pose(scenes()[0].2);
+    for preset in Preset::ALL {
+        let (palette, air, clouds) = preset.look();
+        let clouds = PlanetClouds {
+            drift: 0.0,
+            ..clouds
+        };
+        studio.dress((palette, air, clouds), ());
+        compare(preset.name(), &studio.shoot().unwrap());
     }
     assert!(
         complaints.is_empty(),

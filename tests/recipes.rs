@@ -29,7 +29,12 @@ impl Domain {
 fn domains() -> Vec<Domain> {
     let mut domains = Vec::new();
     let mut group = "";
-    for line in include_str!("../src/simulation/constants.rs").lines() {
+    let tables = [
+        include_str!("../src/simulation/constants.rs"),
+        include_str!("../src/simulation/constants/relief.rs"),
+        include_str!("../src/simulation/constants/published.rs"),
+    ];
+    for line in tables.iter().flat_map(|table| table.lines()) {
         let line = line.trim();
         if let Some((_, rest)) = line.split_once("Constants(\"") {
             group = rest.split('"').next().unwrap();
@@ -52,7 +57,11 @@ fn domains() -> Vec<Domain> {
             ends: [low.to_string(), high.to_string()],
         });
     }
-    assert!(domains.len() > 80, "only {} constants found", domains.len());
+    assert!(
+        domains.len() > 120,
+        "only {} constants found",
+        domains.len()
+    );
     domains
 }
 

@@ -195,6 +195,73 @@ fn the_older_sea_floor_goes_under() {
     }
 }
 
+/// A continent over a trench on one side, and beside an ocean that opens on the other.
+fn one_continent(time_my: f64) -> History {
+    let mut history = History::with_plugins(recipe(2_500), steady()).unwrap();
+    arrange(&mut history, closing(), |plate, _| {
+        if plate == SOUTH {
+            CONTINENT
+        } else {
+            Ground {
+                created_my: -100.0,
+                ..SEA_FLOOR
+            }
+        }
+    });
+    run(&mut history, time_my);
+    history
+}
+
+#[test]
+fn slabs_draw_the_crust_above_them_down() {
+    let mut history = one_continent(20.0);
+    let depths = |history: &mut History, near: f64, far: f64| -> Vec<f32> {
+        let crust: Vec<Crust> = column(history);
+        let trench: Vec<Trench> = column(history);
+        let place: Vec<Position> = column(history);
+        let at = |v: &usize| {
+            let place = place[*v].0.as_dvec3();
+            let inland = -RADIUS * libm::asin(place.y);
+            place.x > 0.8 && (near..far).contains(&inland) && crust[*v].is_continental()
+        };
+        (0..crust.len()).filter(at).map(|v| trench[v].0).collect()
+    };
+    // 60 km/My: 2,300 m at the trench, nothing 400 km and half a cell behind it.
+    let mean = |depths: &[f32]| depths.iter().sum::<f32>() / depths.len() as f32;
+    let deepest = depths(&mut history, -2000.0, 2500.0)
+        .into_iter()
+        .fold(0.0, f32::max);
+    assert!((800.0..2300.0).contains(&deepest), "{deepest}");
+    let inland = depths(&mut history, 2500.0, 6000.0);
+    assert!(inland.len() > 20 && mean(&inland) == 0.0, "{inland:?}");
+}
+
+#[test]
+fn a_continent_is_stretched_before_an_ocean_opens_beside_it() {
+    let mut history = one_continent(25.0);
+    let crust: Vec<Crust> = column(&mut history);
+    let thickness: Vec<Thickness> = column(&mut history);
+    let place: Vec<Position> = column(&mut history);
+    let area: Vec<MaterialArea> = column(&mut history);
+    let opening = |v: &usize| place[*v].0.x < -0.8;
+    let thin = |v: &usize| crust[*v].is_continental() && thickness[*v].0 < 30.0;
+    let stretched: Vec<usize> = (0..crust.len()).filter(opening).filter(thin).collect();
+    assert!(stretched.len() > 10, "{}", stretched.len());
+    let thinnest = stretched
+        .iter()
+        .map(|&v| thickness[v].0)
+        .fold(f64::MAX, f64::min);
+    assert!((8.0..25.0).contains(&thinnest), "{thinnest}");
+    // Then it has let go.
+    let young: f64 = (0..crust.len())
+        .filter(opening)
+        .filter(|&v| !crust[v].is_continental() && thickness[v].0 == 7.0)
+        .map(|v| area[v].0)
+        .sum();
+    assert!(young > 1e6, "{young}");
+    assert!(history.ledger().area_stretched_km2 > 1e5);
+}
+
 #[test]
 fn colliding_continents_thicken_and_keep_their_volume() {
     let collide = |rotations| {

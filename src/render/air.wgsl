@@ -3,8 +3,8 @@
 
 // Several times Earth's, so that the rim is seen from afar.
 const SCALE_HEIGHT: f32 = 0.0055;
-// Optical depth straight up, by colour: the sky is blue.
-const DEPTH: vec3<f32> = vec3<f32>(0.009, 0.021, 0.050);
+// Share of the air's optical depth that remains where it reaches so much higher.
+const FAR_SHARE: f32 = 0.18;
 const INTENSITY: f32 = 0.11;
 
 // How much longer a slanted way through the air is than the one straight up (after Schüler 2012).
@@ -14,14 +14,14 @@ fn slant(cosine: f32) -> f32 {
 }
 
 // What is left of the sunlight in the air above a place: red at dusk, gone in the night.
-fn sunlight(sun_height: f32) -> vec3<f32> {
-    return exp(-0.7 * DEPTH * slant(sun_height)) * smoothstep(-0.16, 0.10, sun_height);
+fn sunlight(depth: vec3<f32>, sun_height: f32) -> vec3<f32> {
+    return exp(-0.7 * depth * slant(sun_height)) * smoothstep(-0.16, 0.10, sun_height);
 }
 
 // Light scattered towards the viewer along a way as many times longer than the one straight up.
-fn scattered(length: f32, sun_height: f32, sun_angle: f32) -> vec3<f32> {
+fn scattered(depth: vec3<f32>, length: f32, sun_height: f32, sun_angle: f32) -> vec3<f32> {
     let phase = 0.75 * (1.0 + sun_angle * sun_angle);
-    return INTENSITY * phase * sunlight(sun_height) * (1.0 - exp(-DEPTH * length));
+    return INTENSITY * phase * sunlight(depth, sun_height) * (1.0 - exp(-depth * length));
 }
 
 // A column of air: optical depth straight up by colour, and scale height.
@@ -36,7 +36,7 @@ const FAR: f32 = 0.7;
 
 fn seen_from(altitude: f32, depth: vec3<f32>, scale: f32) -> Air {
     let far = smoothstep(NEAR, FAR, altitude);
-    return Air(mix(depth, DEPTH, far), mix(scale, SCALE_HEIGHT, far));
+    return Air(depth * mix(1.0, FAR_SHARE, far), mix(scale, SCALE_HEIGHT, far));
 }
 
 // Density of the air at a distance from the centre; far below the ground as much as numbers can hold.

@@ -8,6 +8,7 @@ use super::{
     grain::Grain,
     material::{Lighting, PlanetMaterial, PlanetUniform, SkyUniform},
     paint::paint,
+    palette::{Palette, Tints},
     upload::{Ticket, Upload, Uploads},
 };
 use crate::{
@@ -41,6 +42,9 @@ pub(super) struct Globe {
     pub material: Handle<PlanetMaterial>,
     /// How the air is drawn, once it is.
     pub air: Option<SkyUniform>,
+    /// The palette that it is drawn with, once it is there, and what shaders know of that.
+    pub palette: Option<AssetId<Palette>>,
+    pub tints: Tints,
     /// What tiles of the ground want of the material.
     pub close: Close,
     size: u32,
@@ -111,7 +115,6 @@ impl Globe {
     pub(super) fn new(
         surface: &PlanetSurface,
         settings: &PlanetRenderSettings,
-        palette: Handle<Image>,
         images: &mut Assets<Image>,
         materials: &mut Assets<PlanetMaterial>,
     ) -> (Self, Handle<PlanetMaterial>) {
@@ -129,13 +132,15 @@ impl Globe {
             velocity_b: first.velocity.clone(),
             overlay_a: None,
             overlay_b: None,
-            palette,
+            palette: Handle::default(),
         });
         let mut globe = Self {
             body: Entity::PLACEHOLDER,
             sky: Entity::PLACEHOLDER,
             material: material.clone(),
             air: None,
+            palette: None,
+            tints: Tints::default(),
             close: Close::default(),
             size,
             maps,
@@ -363,6 +368,7 @@ impl Globe {
             reach: self.close.reach,
             radius_km: radius_km as f32,
             air: air.uniform(radius_km),
+            tints: self.tints,
         }
     }
 

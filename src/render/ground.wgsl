@@ -7,6 +7,20 @@
 }
 #import bevy_tectonics::light
 
+struct Tints {
+    // In w: the snow line at the equator in km.
+    ice: vec4<f32>,
+    // In w: the latitude from which it covers the sea.
+    pack_ice: vec4<f32>,
+    // In w: the latitude from which ice covers the land.
+    scree: vec4<f32>,
+    foam: vec4<f32>,
+    woods: vec4<f32>,
+    clearings: vec4<f32>,
+    stones: vec4<f32>,
+    sand: vec4<f32>,
+}
+
 struct Planet {
     drift: vec2<f32>,
     level: vec2<f32>,
@@ -21,6 +35,7 @@ struct Planet {
     reach: f32,
     radius_km: f32,
     air: vec4<f32>,
+    tints: Tints,
 }
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(0) var<uniform> planet: Planet;
@@ -88,8 +103,11 @@ const ROCK: f32 = 5.0;
 const SEA: f32 = 6.0;
 const BED: f32 = 7.0;
 
-const ICE: vec3<f32> = vec3<f32>(0.80, 0.85, 0.90);
-const PACK_ICE: vec3<f32> = vec3<f32>(0.62, 0.69, 0.76);
+// How far ice covers the sea.
+fn packed(climate: vec4<f32>) -> f32 {
+    let from_ = planet.tints.pack_ice.w;
+    return smoothstep(from_ - 2.25, from_ + 2.25, climate.z + 3.5 * climate.w);
+}
 
 // A colour of the palette at a height or depth in km.
 fn colour(row: f32, height: f32) -> vec3<f32> {
@@ -123,11 +141,12 @@ fn land_colour(height: f32, tilt: f32, climate: vec4<f32>) -> vec3<f32> {
     if rock > 0.0 {
         ground = mix(ground, colour(ROCK, height), 0.85 * rock);
     }
-    let cold = saturate((latitude - 25.0) / 47.0);
-    let line = 5.4 * (1.0 - cold * cold) - 0.2 * cold;
+    let icy = planet.tints.scree.w;
+    let cold = saturate((latitude - 25.0) / (icy - 24.0));
+    let line = planet.tints.ice.w * (1.0 - cold * cold) - 0.2 * cold;
     let snow = smoothstep(line - 0.7, line + 0.3, height - 0.5 * tilt);
-    let ice = smoothstep(68.5, 73.5, latitude + 3.5 * variety);
-    return mix(ground, ICE, max(ice, 0.95 * snow));
+    let ice = smoothstep(icy - 2.5, icy + 2.5, latitude + 3.5 * variety);
+    return mix(ground, planet.tints.ice.rgb, max(ice, 0.95 * snow));
 }
 
 // Ground up close: woods and clearings where it is moist, gravel and sand where it is dry, scree below cliffs.
@@ -137,13 +156,13 @@ fn grown_over(base: vec3<f32>, patches: vec2<f32>, steep: f32, height: f32, clim
     let green = saturate((base.g - 0.5 * (base.r + base.b)) / max(base.g, 0.02) * 3.0);
     // Woods shun cliffs and the driest ground.
     let wooded = smoothstep(-0.25, 0.45, patches.x - 0.35 * saturate(climate.y)) * (1.0 - smoothstep(0.45, 0.8, steep));
-    var ground = base * mix(vec3(1.14, 1.10, 0.92), vec3(0.60, 0.72, 0.62), wooded * green);
+    var ground = base * mix(planet.tints.clearings.rgb, planet.tints.woods.rgb, wooded * green);
     // Where little grows, stones and sand differ.
     let stony = smoothstep(-0.2, 0.35, patches.y);
-    ground = mix(ground, base * mix(vec3(1.08, 1.02, 0.95), vec3(0.80, 0.76, 0.74), stony), 1.0 - green);
+    ground = mix(ground, base * mix(planet.tints.sand.rgb, planet.tints.stones.rgb, stony), 1.0 - green);
     ground = mix(ground, base, whiteness);
     let rock = colour(ROCK, max(height, 0.0)) * (1.0 + 0.3 * patches.y);
-    let scree = mix(rock, vec3(0.30, 0.27, 0.23), 0.5);
+    let scree = mix(rock, planet.tints.scree.rgb, 0.5);
     let high = smoothstep(0.2, 1.2, height);
     let loose = smoothstep(0.42, 0.62, steep + 0.15 * patches.y) * mix(0.35, 0.8, high) * (1.0 - 0.7 * whiteness);
     let cliff = smoothstep(0.65, 0.95, steep + 0.1 * patches.y) * 0.92;

@@ -1,5 +1,6 @@
 //! The materials of the ground and of the air. Both are lit by Bevy's lights.
 
+use super::palette::Tints;
 #[cfg(feature = "terrain")]
 use super::tiles;
 use bevy::{
@@ -99,6 +100,7 @@ pub(super) struct PlanetUniform {
     pub radius_km: f32,
     /// Optical depth of the air straight up for red, green and blue, and its scale height in radii.
     pub air: Vec4,
+    pub tints: Tints,
 }
 
 impl Material for PlanetMaterial {

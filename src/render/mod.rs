@@ -24,6 +24,7 @@ mod blend;
 mod boundaries;
 mod chain;
 mod climate;
+mod clouds;
 mod cube;
 mod drape;
 mod globe;
@@ -32,7 +33,10 @@ mod lines;
 mod material;
 mod paint;
 mod palette;
+mod preset;
 mod sphere;
+mod stars;
+mod suns;
 #[cfg(feature = "terrain")]
 mod tiles;
 mod upload;
@@ -53,8 +57,13 @@ use bevy::{
     time::Real,
     transform::TransformSystems,
 };
+pub use clouds::PlanetClouds;
 use globe::Globe;
 use material::{Lighting, PlanetMaterial, SkyMaterial, SkyUniform};
+pub use palette::{Gradient, Palette, PaletteError, PlanetPalette};
+pub use preset::Preset;
+pub use stars::Stars;
+pub use suns::MeanSun;
 #[cfg(feature = "terrain")]
 pub use tiles::{PlanetTiles, TilesDrawn, Viewpoint};
 use upload::Uploads;
@@ -111,13 +120,14 @@ const SKY: f32 = 1.08;
 #[derive(Resource)]
 struct Shared {
     sphere: Handle<Mesh>,
-    palette: Handle<Image>,
 }
 
 impl Plugin for PlanetRenderPlugin {
     fn build(&self, app: &mut App) {
         app.register_type::<Drawn>()
             .register_type::<PlanetAir>()
+            .register_type::<PlanetClouds>()
+            .register_type::<PlanetPalette>()
             .register_type::<PlanetRenderSettings>()
             .init_resource::<PlanetRenderSettings>();
         // Another plugin may have done so.
@@ -125,12 +135,20 @@ impl Plugin for PlanetRenderPlugin {
         if app.get_sub_app(RenderApp).is_none() {
             return;
         }
-        app.add_plugins((material::plugin, upload::plugin, lines::plugin));
+        app.add_plugins((
+            material::plugin,
+            palette::plugin,
+            clouds::plugin,
+            stars::plugin,
+            suns::plugin,
+            upload::plugin,
+            lines::plugin,
+        ));
         #[cfg(feature = "terrain")]
         app.add_plugins(tiles::plugin);
         app.add_observer(disappear).add_systems(
             PostUpdate,
-            (appear, tend)
+            (appear, palette::dye, tend)
                 .chain()
                 .in_set(PlanetRenderSystems::Tend)
                 .before(TransformSystems::Propagate)
@@ -140,8 +158,7 @@ impl Plugin for PlanetRenderPlugin {
         );
         let world = app.world_mut();
         let sphere = world.resource_mut::<Assets<Mesh>>().add(sphere::sphere());
-        let palette = world.resource_mut::<Assets<Image>>().add(palette::image());
-        world.insert_resource(Shared { sphere, palette });
+        world.insert_resource(Shared { sphere });
     }
 }
 
@@ -155,13 +172,7 @@ fn appear(
     planets: Query<(Entity, &PlanetSurface, Has<Visibility>), (With<Planet>, Without<Globe>)>,
 ) {
     for (entity, surface, visible) in &planets {
-        let (mut globe, material) = Globe::new(
-            surface,
-            &settings,
-            shared.palette.clone(),
-            &mut images,
-            &mut materials,
-        );
+        let (mut globe, material) = Globe::new(surface, &settings, &mut images, &mut materials);
         let sphere = shared.sphere.clone();
         // All or nothing: the planet may be gone by then.
         commands.queue(move |world: &mut World| {

@@ -112,8 +112,8 @@ fn fragment(in: Point) -> @location(0) vec4<f32> {
         let sun = lights.directional_lights[0].direction_to_light;
         let lit = dot(relief_normal, sun) - dot(up, sun);
         water *= 1.0 + clamp(2.0 * lit, -0.35, 0.6);
-        pack = smoothstep(74.5, 79.0, here.climate.z + 3.5 * here.climate.w);
-        base += (1.0 - land) * mix(water, ground::PACK_ICE, 0.92 * pack);
+        pack = ground::packed(here.climate);
+        base += (1.0 - land) * mix(water, ground::planet.tints.pack_ice.rgb, 0.92 * pack);
     }
     base = ground::BRIGHTNESS * base * (1.0 - here.overlay.a) + here.overlay.rgb;
     // Winds roughen the sea in patches.
@@ -135,14 +135,15 @@ fn fragment(in: Point) -> @location(0) vec4<f32> {
     var color = vec4(ground::shine(pbr_input, wet), 1.0);
 
     // The air between here and the viewer.
+    let depth = air::FAR_SHARE * ground::planet.air.xyz;
     let way = air::slant(dot(up, pbr_input.V));
     var haze = vec3(0.0);
     for (var i = 0u; i < lights.n_directional_lights; i += 1u) {
         let to_sun = lights.directional_lights[i].direction_to_light;
         haze += lights.directional_lights[i].color.rgb
-            * air::scattered(way, dot(up, to_sun), dot(pbr_input.V, to_sun));
+            * air::scattered(depth, way, dot(up, to_sun), dot(pbr_input.V, to_sun));
     }
-    color = vec4(color.rgb * exp(-0.5 * air::DEPTH * way) + view.exposure * haze, 1.0);
+    color = vec4(color.rgb * exp(-0.5 * depth * way) + view.exposure * haze, 1.0);
     return pbr_functions::main_pass_post_lighting_processing(pbr_input, color);
 }
 #endif

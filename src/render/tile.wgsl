@@ -190,8 +190,8 @@ fn shade(in: Point) -> vec4<f32> {
         let band = max(9.0, 1.3 * footprint);
         let surf = 0.5 + 0.5 * sin(0.35 * shore + 0.8 * globals.time + 3.0 * fine.w);
         let foam = saturate(1.2 - shore / band) * mix(surf, 0.55, saturate(footprint / 12.0)) * saturate(0.6 + fine.w);
-        let pack = smoothstep(74.5, 79.0, here.climate.z + 3.5 * here.climate.w);
-        base = mix(mix(base, vec3(0.75), 0.85 * foam), ground::PACK_ICE, 0.92 * pack);
+        let pack = ground::packed(here.climate);
+        base = mix(mix(base, planet.tints.foam.rgb, 0.85 * foam), planet.tints.pack_ice.rgb, 0.92 * pack);
         wet = (1.0 - foam) * (1.0 - pack) * (1.0 + 0.5 * here.climate.w);
     } else {
         let height = in.height - planet.datum;

@@ -155,6 +155,47 @@ impl Recipe {
         }
     }
 
+    /// A young planet: a hot mantle that turns its plates over twice as fast, small continents in a sea that covers
+    /// nearly everything, many plates and hot spots.
+    #[must_use]
+    pub fn young_hot(seed: u64) -> Self {
+        let mut recipe = Self {
+            seed,
+            plates: 40,
+            continental_share: 0.16,
+            land_share: 0.10,
+            hot_spots: 70,
+            ..Self::default()
+        };
+        let constants = &mut recipe.constants;
+        constants.mantle.speed = 300.0;
+        constants.motion.slab_pull *= 1.6;
+        constants.motion.slab_suction *= 1.6;
+        // More of a hotter mantle melts at its ridges.
+        constants.ridges.oceanic_thickness = 9.0;
+        constants.plates.plate_count = 11.0;
+        recipe
+    }
+
+    /// An old planet: few plates that hardly move any more, and little water, which wears its mountains slowly.
+    #[must_use]
+    pub fn old_dry(seed: u64) -> Self {
+        let mut recipe = Self {
+            seed,
+            plates: 10,
+            land_share: 0.8,
+            hot_spots: 8,
+            ..Self::default()
+        };
+        let constants = &mut recipe.constants;
+        constants.mantle.speed = 60.0;
+        constants.motion.slab_pull *= 0.4;
+        constants.motion.slab_suction *= 0.4;
+        constants.plates.plate_count = 3.0;
+        constants.erosion.rate = 0.02;
+        recipe
+    }
+
     /// The same recipe with another number of sub-plates, and fewer plates if they are too few for
     /// that many.
     #[must_use]

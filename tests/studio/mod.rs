@@ -147,6 +147,28 @@ impl Studio {
         self.app.world_mut().get_mut(self.planet).unwrap()
     }
 
+    /// Gives the planet and the camera more components.
+    pub fn dress(&mut self, planet: impl Bundle, camera: impl Bundle) {
+        let world = self.app.world_mut();
+        world.entity_mut(self.planet).insert(planet);
+        world.entity_mut(self.camera).insert(camera);
+    }
+
+    /// Lights the scene in place of the sun.
+    pub fn shine(&mut self, light: impl Bundle) {
+        let world = self.app.world_mut();
+        world.entity_mut(self.sun).remove::<DirectionalLight>();
+        world.spawn(light);
+    }
+
+    /// Lets the planet's history go on until a time in My.
+    pub fn run_to(&mut self, time_my: f64) {
+        let world = self.app.world_mut();
+        if let Some(mut planet) = world.get_mut::<Planet>(self.planet) {
+            planet.run_to(time_my);
+        }
+    }
+
     pub fn growth(&self) -> &Growth {
         self.app.world().get(self.planet).unwrap()
     }

@@ -115,12 +115,16 @@ pub(in crate::simulation) fn create_crust(
                 DVec3::ZERO
             },
         };
-        let thinnest = corners
+        // Continents are the weaker plates: where one borders on what opens, it is stretched before it lets go.
+        let parting: Vec<usize> = corners
+            .into_iter()
+            .filter(|&v| crust[v].is_continental())
+            .collect();
+        let thinnest = parting
             .iter()
             .map(|&v| thickness[v].0)
             .fold(f64::MAX, f64::min);
-        let volume = corners.map(|v| thickness[v].0 * area[v].0);
-        let volume: f64 = volume.iter().sum();
+        let volume: f64 = parting.iter().map(|&v| thickness[v].0 * area[v].0).sum();
         let stretched = if opening {
             thinnest - constants.rift_thinning * spacing / 226.0
         } else {
@@ -128,15 +132,19 @@ pub(in crate::simulation) fn create_crust(
         };
         // Small neighbours give a part of what they have.
         let stretched = stretched.min(MOST_GIVEN * volume / cell);
-        let tears = corners.iter().all(|&v| crust[v].is_continental())
-            && stretched >= constants.breakup_thickness;
+        let is_continent = parting.len() == 3 || opening && !parting.is_empty();
+        let tears = is_continent && stretched >= constants.breakup_thickness;
         if tears {
+            if !parting.iter().any(|&v| plate[v] == child.plate) {
+                child.plate = plate[parting[0]];
+                child.elevation = elevation[parting[0]].0;
+            }
             child.crust = Crust::Continental;
             child.thickness = stretched;
-            child.created = corners.iter().map(|&v| created[v].0).fold(now, f32::min);
+            child.created = parting.iter().map(|&v| created[v].0).fold(now, f32::min);
             // The new cell's rock comes out of its neighbours.
             let kept = 1.0 - stretched * cell / volume;
-            for v in corners {
+            for &v in &parting {
                 thickness[v].0 *= kept;
             }
             ledger.area_stretched_km2 += cell;

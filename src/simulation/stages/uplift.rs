@@ -1,9 +1,9 @@
 //! Stage 6: arcs, trenches and plateaus.
 //!
 //! Subduction feeds magma to a band inland of the trench, scrapes off the base of the fore-arc in front of
-//! it and pulls the sinking plate down; thick crust flows outwards into plateaus. The published law raises
-//! the overriding plate by the relief of what goes under instead; its uplift is booked as magma.
-//! Thickening by collision happens where crust is crushed, in
+//! it, pulls the sinking plate down and draws the continental crust above it after; thick crust flows
+//! outwards into plateaus. The published law raises the overriding plate by the relief of what goes under
+//! instead; its uplift is booked as magma. Thickening by collision happens where crust is crushed, in
 //! [`resolve_collisions`](super::resolve_collisions). Runs at the pace of the geology clock.
 
 use super::super::{
@@ -128,6 +128,26 @@ pub(in crate::simulation) fn uplift(
 
     arcs.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
     arcs.dedup_by_key(|(v, ..)| *v);
+    let sources: Vec<(u32, f64)> = arcs.iter().map(|&(v, ..)| (v, half)).collect();
+    let drawn = reach(
+        mesh,
+        recipe.radius_km,
+        &sources,
+        constants.forearc_reach + half,
+        |v| crust[v as usize].is_continental(),
+    );
+    for (v, distance, source) in drawn.found {
+        let (front, speed, ..) = arcs[source as usize];
+        let v = v as usize;
+        // Fronts of sea floor are found, too.
+        if plate[v] != plate[front as usize] || !crust[v].is_continental() {
+            continue;
+        }
+        let share = trench_profile(distance, half, constants.forearc_reach);
+        let depth = share * constants.forearc_depth * (speed / TRENCH_SPEED).min(1.0);
+        trench[v].0 += depth as f32 * (1.0 - healed);
+    }
+
     let growth = ledger.growth(continental_volume(crust, thickness, area));
     let vigour = (1.0 - constants.arc_feedback * growth).clamp(0.0, MOST_VIGOROUS);
     let law = recipe.laws.uplift;
@@ -142,7 +162,6 @@ pub(in crate::simulation) fn uplift(
         UpliftLaw::Magma => (arc[1], arc[2] + half),
         UpliftLaw::Cortial => (published.uplift_peak, published.subduction_distance),
     };
-    let sources: Vec<(u32, f64)> = arcs.iter().map(|&(v, ..)| (v, half)).collect();
     let behind = reach(mesh, recipe.radius_km, &sources, end, |_| true);
     for (v, distance, source) in behind.found {
         let (front, speed, slip, relief) = arcs[source as usize];
