@@ -420,10 +420,8 @@ constants! {
         /// Share of rifts in two that stall and fail (on Earth most do: one arm of every three, the
         /// Benue Trough, the Midcontinent and North Sea rifts).
         rift_failure = 0.25 in 0.0..=1.0 "",
-        /// Number of equal plates at which the rate of rifting is nominal: it grows with the square of the sum of the
-        /// plates' shares squared, so that it is two giants that break, however many splinters lie around them
-        /// (Earth's plates count as 9; with fewer than 5 hardly anything moves).
-        plate_count = 5.5 in 2.0..=60.0 "plates",
+        /// Number of plates around which the rate of rifting is balanced.
+        plate_count = 14.0 in 2.0..=60.0 "plates",
         /// Sea floor older than this may start to founder (Earth's oldest: 180 My).
         founder_age = 148.0 in 40.0..=500.0 "My",
         /// How much older floor counts over a downwelling, at most: plates are pressed together there, and

@@ -173,7 +173,7 @@ impl Recipe {
         constants.motion.slab_suction *= 1.6;
         // More of a hotter mantle melts at its ridges.
         constants.ridges.oceanic_thickness = 9.0;
-        constants.plates.plate_count = 11.0;
+        constants.plates.plate_count = 28.0;
         recipe
     }
 
@@ -191,7 +191,7 @@ impl Recipe {
         constants.mantle.speed = 60.0;
         constants.motion.slab_pull *= 0.4;
         constants.motion.slab_suction *= 0.4;
-        constants.plates.plate_count = 3.0;
+        constants.plates.plate_count = 7.0;
         constants.erosion.rate = 0.02;
         recipe
     }

@@ -6,9 +6,8 @@ use serde::{Deserialize, Serialize};
 constants! {
     /// Arcs, trenches, plateaus.
     UpliftConstants("uplift") {
-        /// Magma of an arc at 60 km/My of convergence, per km of trench. At 80, too few ranges stand above the basins
-        /// of the fore-arc.
-        arc_flux = 95.0 in 0.0..=500.0 "km³/km/My",
+        /// Magma of an arc at 60 km/My of convergence, per km of trench.
+        arc_flux = 80.0 in 0.0..=500.0 "km³/km/My",
         /// Distance of the arc's front from the trench: none of the magma rises nearer (Earth: slabs feed
         /// volcanoes from some 100 km of depth, 100-250 km behind the trench).
         arc_front = 140.0 in 0.0..=800.0 "km",
@@ -37,7 +36,7 @@ constants! {
         /// average 25, 75, 125 and 175 km behind its edge at active margins).
         forearc_depth = 2300.0 in 0.0..=6000.0 "m",
         /// Distance from the axis at which it ends.
-        forearc_reach = 400.0 in 10.0..=1500.0 "km",
+        forearc_reach = 350.0 in 10.0..=1500.0 "km",
         /// Time in which a trench forms or fills.
         trench_time = 2.0 in 0.5..=50.0 "My",
         /// Crust thicker than this flows outwards (Tibet stands on 70 km).
@@ -82,7 +81,7 @@ constants! {
     ErosionConstants("erosion") {
         /// Rock worn off per My as a share of the height above base level (Ahnert 1970: 0.15 of the
         /// local relief, which is less than that height on plateaus).
-        rate = 0.075 in 0.0..=2.0 "/My",
+        rate = 0.08 in 0.0..=2.0 "/My",
         /// Slope of the base level inland from the shelf. At 0 land swings between 12 and 38 % (study); Earth's
         /// rises by 0.5 m/km from 850 to 1,750 km behind its crust's edge.
         base_slope = 0.45 in 0.0..=2.0 "m/km",
@@ -105,7 +104,7 @@ constants! {
         sediment_rate = 3.0 in 0.0..=100.0 "m/My",
         /// Width of a passive margin's shelf profile (Earth 80 km on average, up to 400). Wider than what is
         /// drawn as sea: its inner part lies within metres of the sea level, and crust thins towards its edge.
-        shelf_width = 580.0 in 0.0..=1000.0 "km",
+        shelf_width = 540.0 in 0.0..=1000.0 "km",
         /// Width of the shelf profile between a trench and its arc (Earth: 50-200 km of fore-arc basins, and
         /// wide flooded shelves behind the arcs of Sunda and the East China Sea, which are not modelled).
         forearc_width = 260.0 in 0.0..=1000.0 "km",

@@ -30,7 +30,7 @@ use glam::DVec3;
 
 /// A tenth of the sphere, for which the rate is stated.
 const NOMINAL_SHARE: f64 = 0.1;
-/// The rate grows at most this much when few plates cover everything.
+/// The rate grows at most this much when there are few plates.
 const MOST_URGENT: f64 = 4.0;
 /// Breaks plates, more often where they are large, continental and warmed from below.
 pub(in crate::simulation) fn rift(
@@ -64,11 +64,7 @@ pub(in crate::simulation) fn rift(
             lands[row].1 += mesh.site(v as u32) * area[v].0;
         }
     }
-    let squares: f64 = areas
-        .iter()
-        .map(|&size| (size / sphere) * (size / sphere))
-        .sum();
-    let ratio = constants.plate_count * squares;
+    let ratio = constants.plate_count / table.rows().len() as f64;
     let urgency = (ratio * ratio).min(MOST_URGENT);
 
     for ((row, &size), (land_area, middle)) in table.rows().iter().zip(&areas).zip(lands) {
