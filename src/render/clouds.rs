@@ -246,8 +246,7 @@ impl Material for CloudMaterial {
 /// Draws clouds in an app that draws planets.
 pub(super) fn plugin(app: &mut App) {
     embedded_asset!(app, "clouds.wgsl");
-    app.register_type::<PlanetClouds>()
-        .add_plugins(MaterialPlugin::<CloudMaterial>::default())
+    app.add_plugins(MaterialPlugin::<CloudMaterial>::default())
         .add_observer(stop)
         .add_observer(disappear)
         .add_systems(

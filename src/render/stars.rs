@@ -52,7 +52,7 @@ impl Default for Stars {
 
 /// Texels along an edge of the cube map.
 const SIZE: u32 = 1024;
-/// Earth's sky has 9,110 in the Bright Star Catalogue, which ends at the same magnitude.
+/// Stars of a sky: two thirds of Earth's, whose Bright Star Catalogue has 9,110 down to the same magnitude.
 const COUNT: usize = 6000;
 /// Magnitudes. The brightest is that of Sirius.
 const FAINTEST: f64 = 6.5;

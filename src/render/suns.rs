@@ -50,7 +50,7 @@ impl Default for MeanSun {
 const MOST: u32 = 10;
 
 /// The lights of a [`MeanSun`].
-#[derive(Component, Default)]
+#[derive(Component)]
 struct Lights(Vec<Entity>);
 
 pub(super) fn plugin(app: &mut App) {
@@ -104,19 +104,16 @@ fn rise(
             if world.get_entity(entity).is_err() {
                 return;
             }
-            let lights = sun.rotations().map(|rotation| {
+            let mut lights = Vec::new();
+            for rotation in sun.rotations() {
                 let light = DirectionalLight {
                     color: sun.color,
                     illuminance: illuminance / sun.suns.clamp(1, MOST) as f32,
                     ..default()
                 };
-                (light, Transform::from_rotation(rotation), ChildOf(entity))
-            });
-            let lights: Vec<Entity> = lights
-                .collect::<Vec<_>>()
-                .into_iter()
-                .map(|light| world.spawn(light).id())
-                .collect();
+                let light = (light, Transform::from_rotation(rotation), ChildOf(entity));
+                lights.push(world.spawn(light).id());
+            }
             world.entity_mut(entity).insert(Lights(lights));
         });
     }

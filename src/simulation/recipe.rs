@@ -155,7 +155,7 @@ impl Recipe {
         }
     }
 
-    /// A young planet: a hot mantle that turns its plates over twice as fast, small continents in a sea that covers
+    /// A young planet: a hot mantle that drives its plates harder, small continents in a sea that covers
     /// nearly everything, many plates and hot spots.
     #[must_use]
     pub fn young_hot(seed: u64) -> Self {
@@ -177,7 +177,7 @@ impl Recipe {
         recipe
     }
 
-    /// An old planet: few plates that hardly move any more, and little water, which wears its mountains slowly.
+    /// An old planet: few plates, a weaker drive, and little water, which wears its mountains slowly.
     #[must_use]
     pub fn old_dry(seed: u64) -> Self {
         let mut recipe = Self {
