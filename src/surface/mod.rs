@@ -82,7 +82,7 @@ pub(crate) use raster::check_columns;
 pub use raster::{Pixel, Raster, direction};
 pub use ray::RayHit;
 #[cfg(feature = "terrain")]
-pub use terrain::{Exemplar, ExemplarError, Exemplars, Landform, Terrain, TerrainSample};
+pub use terrain::{Exemplar, ExemplarError, Exemplars, Landform, Survey, Terrain, TerrainSample};
 
 /// A column of a surface does not have one value per sub-plate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]

@@ -444,8 +444,12 @@ pub(in crate::simulation) fn settle(
             ledger.rounded_km3 += thickness[v].0 * area[v].0 - before;
         }
     }
-    let rise = continental_rise(&recipe, &workers, mesh, plate, crust);
-    let swells = plume_swells(&recipe, mesh, volcanism, clock.time_my);
+    // Two searches side by side, each on one thread.
+    let raised = workers.run(0..2, |search| match search {
+        0 => continental_rise(&recipe, mesh, plate, crust),
+        _ => plume_swells(&recipe, mesh, volcanism, clock.time_my),
+    });
+    let [rise, swells] = raised.try_into().unwrap_or_default();
     let column = |v: usize| RockColumn {
         crust: crust[v],
         thickness: thickness[v],
@@ -478,7 +482,6 @@ pub(in crate::simulation) fn settle(
 /// Thickness of the wedge of sediment at the foot of passive margins, in m, full when it is old.
 pub(in crate::simulation) fn continental_rise(
     recipe: &Recipe,
-    workers: &Workers,
     mesh: &SphereMesh<EdgeState>,
     plate: &[PlateId],
     crust: &[Crust],
@@ -495,12 +498,8 @@ pub(in crate::simulation) fn continental_rise(
                 crust[w as usize].is_continental() && plate[w as usize] == plate[v as usize]
             })
     };
-    let sources = workers.map(crust.len(), |rows| {
-        let rows = (rows.start as u32..rows.end as u32).filter(|&v| foot(v));
-        rows.map(|v| (v, half)).collect::<Vec<(u32, f64)>>()
-    });
-    let sources = sources.concat();
-
+    let rows = (0..crust.len() as u32).filter(|&v| foot(v));
+    let sources: Vec<(u32, f64)> = rows.map(|v| (v, half)).collect();
     let found = reach(
         mesh,
         recipe.radius_km,

@@ -34,12 +34,19 @@ pub(in crate::simulation) fn repair_mesh(
     // What neither lies at a front nor bends has turned as one body and is Delaunay still, but for the
     // rounding of thousands of steps: all edges are looked at now and then.
     let bends = |deviation: &Deviation| deviation.0 != glam::Vec3::ZERO;
-    let mut is_restless: Vec<bool> = deviation.iter().map(bends).collect();
+    let bent = workers.map(deviation.len(), |rows| {
+        deviation[rows].iter().map(bends).collect::<Vec<bool>>()
+    });
+    let mut is_restless = bent.concat();
     for v in unsettled.0.drain(..) {
         is_restless[v as usize] = true;
     }
-    let all = 0..is_restless.len() as u32;
-    let restless: Vec<u32> = all.filter(|&v| is_restless[v as usize]).collect();
+    let restless = workers.map(is_restless.len(), |rows| {
+        let rows = rows.start as u32..rows.end as u32;
+        rows.filter(|&v| is_restless[v as usize])
+            .collect::<Vec<u32>>()
+    });
+    let restless = restless.concat();
     let found = workers.map(restless.len(), |part| {
         mesh.faults_around(&restless[part], |v| is_restless[v as usize], FLATTEST)
     });

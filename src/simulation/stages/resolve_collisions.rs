@@ -178,16 +178,17 @@ pub(in crate::simulation) fn resolve_collisions(
 
 /// Gives the rows of removed sub-plates to the last ones, as the table did when they despawned.
 pub(in crate::simulation) fn close_ranks(
+    workers: Res<Workers>,
     mut topology: ResMut<Topology>,
     mut boundaries: ResMut<Boundaries>,
     mut unsettled: ResMut<Unsettled>,
     mut splits: ResMut<Splits>,
 ) {
     let mesh = &mut topology.0;
-    let gone: Vec<u32> = (0..mesh.vertex_count() as u32)
-        .rev()
-        .filter(|&v| mesh.is_detached(v))
-        .collect();
+    let gone = workers.map(mesh.vertex_count(), |rows| {
+        let rows = rows.start as u32..rows.end as u32;
+        rows.filter(|&v| mesh.is_detached(v)).collect::<Vec<u32>>()
+    });
     unsettled.0.retain(|&v| !mesh.is_detached(v));
     splits.suspected |= (splits.cuts.iter().flatten()).any(|&v| mesh.is_detached(v));
     if splits.suspected {
@@ -195,7 +196,7 @@ pub(in crate::simulation) fn close_ranks(
     }
     // First number of what has been given another one, by its present number.
     let mut first: BTreeMap<u32, u32> = BTreeMap::new();
-    for v in gone {
+    for v in gone.into_iter().flatten().rev() {
         if let Some(last) = mesh.remove_detached(v) {
             let number = first.remove(&last).unwrap_or(last);
             first.insert(v, number);

@@ -17,6 +17,7 @@ use super::super::{
     recipe::Recipe,
     sub_plate::*,
     topology::Topology,
+    workers::Workers,
 };
 use bevy::prelude::*;
 
@@ -51,6 +52,7 @@ type UpliftColumns = (
 pub(in crate::simulation) fn uplift(
     recipe: Res<Recipe>,
     clock: Res<Clock>,
+    workers: Res<Workers>,
     boundaries: Res<Boundaries>,
     topology: Res<Topology>,
     mut ledger: ResMut<Ledger>,
@@ -106,48 +108,10 @@ pub(in crate::simulation) fn uplift(
             trench.0 * healed
         };
     }
-    // The trench runs half a cell in front of either plate's front.
-    let half = 0.5 * recipe.spacing_km();
-    let sources: Vec<(u32, f64)> = sinking_fronts.iter().map(|&(v, _)| (v, half)).collect();
-    let bent = reach(
-        mesh,
-        recipe.radius_km,
-        &sources,
-        constants.trench_width + half,
-        |v| !crust[v as usize].is_continental(),
-    );
-    for (v, distance, source) in bent.found {
-        let (front, speed) = sinking_fronts[source as usize];
-        if plate[v as usize] != plate[front as usize] {
-            continue;
-        }
-        let share = trench_profile(distance, half, constants.trench_width);
-        let depth = share * constants.trench_depth * (speed / TRENCH_SPEED).min(1.0);
-        trench[v as usize].0 += depth as f32 * (1.0 - healed);
-    }
-
     arcs.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
     arcs.dedup_by_key(|(v, ..)| *v);
-    let sources: Vec<(u32, f64)> = arcs.iter().map(|&(v, ..)| (v, half)).collect();
-    let drawn = reach(
-        mesh,
-        recipe.radius_km,
-        &sources,
-        constants.forearc_reach + half,
-        |v| crust[v as usize].is_continental(),
-    );
-    for (v, distance, source) in drawn.found {
-        let (front, speed, ..) = arcs[source as usize];
-        let v = v as usize;
-        // Fronts of sea floor are found, too.
-        if plate[v] != plate[front as usize] || !crust[v].is_continental() {
-            continue;
-        }
-        let share = trench_profile(distance, half, constants.forearc_reach);
-        let depth = share * constants.forearc_depth * (speed / TRENCH_SPEED).min(1.0);
-        trench[v].0 += depth as f32 * (1.0 - healed);
-    }
-
+    // The trench runs half a cell in front of either plate's front.
+    let half = 0.5 * recipe.spacing_km();
     let growth = ledger.growth(continental_volume(crust, thickness, area));
     let vigour = (1.0 - constants.arc_feedback * growth).clamp(0.0, MOST_VIGOROUS);
     let law = recipe.laws.uplift;
@@ -162,8 +126,40 @@ pub(in crate::simulation) fn uplift(
         UpliftLaw::Magma => (arc[1], arc[2] + half),
         UpliftLaw::Cortial => (published.uplift_peak, published.subduction_distance),
     };
-    let behind = reach(mesh, recipe.radius_km, &sources, end, |_| true);
-    for (v, distance, source) in behind.found {
+    let before: Vec<(u32, f64)> = sinking_fronts.iter().map(|&(v, _)| (v, half)).collect();
+    let behind: Vec<(u32, f64)> = arcs.iter().map(|&(v, ..)| (v, half)).collect();
+    let is_land = |v: u32| crust[v as usize].is_continental();
+    let searches: [(&[(u32, f64)], f64, &(dyn Fn(u32) -> bool + Sync)); 3] = [
+        (&before, constants.trench_width + half, &|v| !is_land(v)),
+        (&behind, constants.forearc_reach + half, &is_land),
+        (&behind, end, &|_| true),
+    ];
+    let found = workers.run(searches.into_iter(), |(sources, limit, passable)| {
+        reach(mesh, recipe.radius_km, sources, limit, passable).found
+    });
+    let [bent, drawn, raised] = found.try_into().unwrap_or_default();
+
+    for (v, distance, source) in bent {
+        let (front, speed) = sinking_fronts[source as usize];
+        if plate[v as usize] != plate[front as usize] {
+            continue;
+        }
+        let share = trench_profile(distance, half, constants.trench_width);
+        let depth = share * constants.trench_depth * (speed / TRENCH_SPEED).min(1.0);
+        trench[v as usize].0 += depth as f32 * (1.0 - healed);
+    }
+    for (v, distance, source) in drawn {
+        let (front, speed, ..) = arcs[source as usize];
+        let v = v as usize;
+        // Fronts of sea floor are found, too.
+        if plate[v] != plate[front as usize] || !crust[v].is_continental() {
+            continue;
+        }
+        let share = trench_profile(distance, half, constants.forearc_reach);
+        let depth = share * constants.forearc_depth * (speed / TRENCH_SPEED).min(1.0);
+        trench[v].0 += depth as f32 * (1.0 - healed);
+    }
+    for (v, distance, source) in raised {
         let (front, speed, slip, relief) = arcs[source as usize];
         let v = v as usize;
         if plate[v] != plate[front as usize] {

@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 /// Width of a texel in m.
 pub(super) const TEXEL_M: f32 = 160.0;
 /// Texels along a side: a power of two.
-const SIDE: usize = 256;
+pub(super) const SIDE: usize = 256;
 /// Grey of the mean, and of one deviation.
 const GREY: (f32, f32) = (32_768.0, 8_000.0);
 /// Coarser versions of a piece, each with half as many texels along a side: after the last nothing is left.
@@ -59,6 +59,9 @@ pub enum ExemplarError {
     /// Holes in the data, or numbers that are none: filling them would make plateaus.
     #[error("height {0} is not a number, or a void (-32768)")]
     Void(usize),
+    /// Measured ground that no exemplar can be cut from.
+    #[error("not a survey to cut an exemplar from: {0}")]
+    Survey(String),
     /// All heights are alike.
     #[error("all heights are alike")]
     Flat,

@@ -15,6 +15,7 @@ mod patch;
 mod scatter;
 mod shore;
 mod strength;
+mod survey;
 
 use super::{
     HeightField, SurfaceError,
@@ -31,6 +32,7 @@ use scatter::{Reached, Scatter};
 use shore::Shore;
 use std::sync::Arc;
 use strength::Strength;
+pub use survey::Survey;
 
 /// Distance between pieces of ground in m: two fit into an exemplar, so that none is seen twice by one place.
 const PIECE_M: f64 = 18_000.0;

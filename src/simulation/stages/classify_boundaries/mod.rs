@@ -63,9 +63,11 @@ pub(in crate::simulation) fn classify_boundaries(
         &mut contacts,
     );
     boundaries.list_polarity(&fronts, crust);
-    for front in &fronts {
-        let before = mesh.payload(front.edge).kind;
-        let kind = classify(before, front, constants);
+    let kinds = workers.run(fronts.chunks(FEW), |fronts| {
+        let kind = |front: &Front| classify(mesh.payload(front.edge).kind, front, constants);
+        fronts.iter().map(kind).collect::<Vec<BoundaryKind>>()
+    });
+    for (front, kind) in fronts.iter().zip(kinds.into_iter().flatten()) {
         mesh.payload_mut(front.edge).kind = kind;
     }
     classify_cross_edges(mesh, plate, &fronts);

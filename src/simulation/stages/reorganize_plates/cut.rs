@@ -88,9 +88,17 @@ impl Cut {
     /// The piece that a place belongs to.
     pub fn piece_at(&self, site: DVec3) -> usize {
         let apart = self.cells[0].centre.distance(self.cells[1].centre);
+        // Noise is dear, and between -1 and 1: what is too far for any is not asked for its own.
+        let far = |cell: &Cell| site.distance(cell.centre);
+        let nearest = self.cells.iter().map(far).fold(f64::MAX, f64::min);
+        let within = nearest + 2.0 * WARP * apart;
+        let mut near = self.cells.iter().filter(|cell| far(cell) <= within);
+        if let (Some(cell), None) = (near.clone().next(), near.nth(1)) {
+            return cell.piece;
+        }
         let mut best = (f64::MAX, 0);
-        for cell in &self.cells {
-            let far = site.distance(cell.centre) + WARP * apart * cell.outline.at(site);
+        for cell in self.cells.iter().filter(|cell| far(cell) <= within) {
+            let far = far(cell) + WARP * apart * cell.outline.at(site);
             if far < best.0 {
                 best = (far, cell.piece);
             }
