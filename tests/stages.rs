@@ -9,8 +9,8 @@ use bevy::prelude::*;
 use bevy_tectonics::prelude::*;
 use bevy_tectonics::simulation::{
     Clock, Created, Deviation, Drive, Elevation, ErodePlugin, FoldDirection, HeldMotion,
-    MaterialArea, OrogenyBegan, Plate, PlateId, Position, Rotation, Sea, Splits, SubPlate,
-    Thickness, Topology, Trench, UpliftPlugin, Velocity, sea_floor_depth,
+    MaterialArea, OrogenyBegan, Plate, PlateId, Position, RidgeDirection, Rotation, Sea, Splits,
+    SubPlate, Thickness, Topology, Trench, UpliftPlugin, Velocity, sea_floor_depth,
 };
 use glam::{DQuat, DVec3};
 use scenario::*;
@@ -95,6 +95,31 @@ fn heights_follow_from_thickness_and_age() {
         depth / whole,
         sea.mean_depth
     );
+}
+
+/// Plates that part at −x, across the plane y = 0: the ridge lies in it (Cortial et al.: `r = (p − q) × p`).
+#[test]
+fn new_floor_remembers_along_which_ridge_it_was_made() {
+    let mut history = History::with_plugins(recipe(4_000), steady()).unwrap();
+    arrange(&mut history, closing(), |_, _| SEA_FLOOR);
+    run(&mut history, 15.0);
+    let created: Vec<Created> = column(&mut history);
+    let position: Vec<Position> = column(&mut history);
+    let ridge: Vec<RidgeDirection> = column(&mut history);
+    let mut along = Vec::new();
+    for v in 0..created.len() {
+        let site = position[v].0;
+        if created[v].0 <= 0.0 || site.x > -0.7 {
+            continue;
+        }
+        let direction = ridge[v].0;
+        assert!((direction.length() - 1.0).abs() < 1e-3, "{direction}");
+        assert!(direction.dot(site).abs() < 1e-2, "{direction} at {site}");
+        along.push(direction.dot(site.cross(Vec3::Y).normalize()).abs());
+    }
+    assert!(along.len() > 20, "only {} new cells", along.len());
+    let mean = along.iter().sum::<f32>() / along.len() as f32;
+    assert!(mean > 0.85, "{mean}");
 }
 
 #[test]

@@ -2,9 +2,6 @@
 
 use super::super::constants::LawConstants;
 
-/// Forced subduction multiplies the magma of an arc by this much at most.
-const MOST_FORCED: f64 = 4.0;
-
 /// Uplift `u₀ f(d) g(v) h(z̃)` in km/My at a distance in km from the trench, for plates that move at
 /// this speed in km/My relative to each other, over crust whose surface lies at `elevation_km`.
 #[must_use]
@@ -38,18 +35,10 @@ pub fn normalised(constants: &LawConstants, elevation_km: f64) -> f64 {
     ((elevation_km - trench) / (highest - trench).max(1e-9)).clamp(0.0, 1.0)
 }
 
-/// h(z̃) = z̃²: high relief that is dragged under lifts more than abyssal plains do.
+/// h(z̃) = z̃²: high relief that is dragged under, forced to subduct, lifts more than abyssal plains do.
 #[must_use]
 pub fn by_relief(normalised: f64) -> f64 {
     normalised * normalised
-}
-
-/// Forced subduction: h(z̃) of what goes under, over h(z̃) of normal sea floor of its age. 1 for normal
-/// floor, at most 4; thin floor does not make less.
-#[must_use]
-pub fn forced(constants: &LawConstants, elevation_km: f64, normal_km: f64) -> f64 {
-    let normal = by_relief(normalised(constants, normal_km)).max(1e-6);
-    (by_relief(normalised(constants, elevation_km)) / normal).clamp(1.0, MOST_FORCED)
 }
 
 #[cfg(test)]
@@ -72,14 +61,15 @@ mod tests {
         assert_eq!(by_distance(&constants, 2500.0), 0.0);
     }
 
+    /// Forced subduction: a plateau that is dragged under lifts what rides over it more than plain floor does.
     #[test]
     fn a_plateau_dragged_under_lifts_more() {
         let constants = LawConstants::default();
-        assert_eq!(forced(&constants, -5.0, -5.0), 1.0);
-        // z̃ = 7/20 against 5/20: (7/5)² = 1.96.
-        assert!((forced(&constants, -3.0, -5.0) - 1.96).abs() < 1e-12);
-        assert_eq!(forced(&constants, -6.0, -5.0), 1.0);
-        // 10/20 against 4/20: 6.25, bounded.
-        assert_eq!(forced(&constants, 0.0, -6.0), 4.0);
+        let at = |elevation| uplift_rate(&constants, 640.0, 60.0, elevation);
+        // z̃ = 8/20 against 5/20: (8/5)² = 2.56.
+        assert!((at(-2.0) / at(-5.0) - 2.56).abs() < 1e-12);
+        // Nothing lies deeper than a trench.
+        assert_eq!(at(-10.0), 0.0);
+        assert_eq!(at(-11.0), 0.0);
     }
 }

@@ -519,6 +519,7 @@ pub(in crate::simulation) fn continental_rise(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec3;
 
     #[test]
     fn the_floor_sinks_with_age_and_flattens() {
@@ -527,5 +528,68 @@ mod tests {
         // The two branches meet within 10 m at 20 My.
         assert!((sea_floor_depth(19.999) - sea_floor_depth(20.0)).abs() < 30.0);
         assert!(sea_floor_depth(70.0) > 5200.0 && sea_floor_depth(200.0) < 5660.0);
+    }
+
+    #[test]
+    fn base_levels_rise_inland_behind_a_shelf_and_a_slope() {
+        let constants = ErosionConstants {
+            base_edge: -10.0,
+            base_slope: 0.5,
+            base_highest: 650.0,
+            shelf_width: 500.0,
+            forearc_width: 300.0,
+            shelf_depth: 200.0,
+            slope_width: 100.0,
+            slope_depth: 3000.0,
+            ..default()
+        };
+        // Distance, passive, base level, slope: the shelf's 200 m are reached 400 or 200 km in front of
+        // its inner edge, 3000 · 0.5^1.3 = 1218.379.
+        let places = [
+            (0.0, true, -210.0, 3000.0),
+            (50.0, true, -210.0, 1218.379),
+            (100.0, true, -210.0, 0.0),
+            (300.0, true, -110.0, 0.0),
+            (500.0, true, -10.0, 0.0),
+            (1500.0, true, 490.0, 0.0),
+            (200.0, false, -110.0, 0.0),
+            (2000.0, false, 650.0, 0.0),
+        ];
+        let inland = Inland {
+            distance: places.map(|place| place.0).to_vec(),
+            passive: places.map(|place| place.1).to_vec(),
+        };
+        for (v, (_, _, base, slope)) in places.into_iter().enumerate() {
+            assert!((inland.base_level(v, &constants) - base).abs() < 1e-9);
+            assert!((inland.slope(v, &constants) - slope).abs() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn the_rise_is_a_quarter_as_thick_at_half_its_width() {
+        let [x, y, z] = DVec3::AXES;
+        let mesh = SphereMesh::build(vec![x, y, z, -x, -y, -z]).unwrap();
+        // Edges of 450 km, and cells so small that margins lie at their own feet.
+        let mut recipe = Recipe::default().with_sub_plates(u32::MAX);
+        recipe.radius_km = 450.0 / core::f64::consts::SQRT_2;
+        recipe.constants.erosion.rise_thickest = 1600.0;
+        let mut crust = [Crust::Oceanic; 6];
+        crust[2] = Crust::Continental;
+        // The floor at y is another plate's: no passive margin.
+        let plate = [1, 2, 1, 1, 1, 1].map(PlateId);
+        for (width, far) in [(900.0, 400.0), (400.0, 0.0)] {
+            recipe.constants.erosion.rise_width = width;
+            let rise = continental_rise(&recipe, &mesh, &plate, &crust);
+            for (rise, expected) in rise.iter().zip([1600.0, far, 0.0, 1600.0, 1600.0, far]) {
+                assert!((rise - expected).abs() < 0.2, "{rise} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn continents_float_as_airy_says() {
+        // Crust of 2,788.5 kg/m³ on a mantle of 3,300.
+        let airy = 1e3 * (1.0 - 2788.5 / 3300.0);
+        assert!((ErosionConstants::default().isostasy - airy).abs() < 0.5);
     }
 }

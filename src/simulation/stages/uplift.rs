@@ -346,6 +346,7 @@ fn flow_plateaus(
 mod tests {
     use super::*;
     use crate::simulation::fixtures::random_mesh;
+    use glam::{DVec3, Vec3};
 
     #[test]
     fn a_trench_is_as_large_on_every_mesh() {
@@ -386,6 +387,36 @@ mod tests {
             assert!((share - 1.0).abs() < 1e-9, "{spacing} {share}");
             assert!((missing - 50.0).abs() < 1e-9, "{spacing} {missing}");
         }
+    }
+
+    #[test]
+    fn folds_are_tangent_and_at_most_of_unit_length() {
+        let near = |found: Vec3, expected: Vec3| {
+            assert!((found - expected).length() < 1e-6, "{found}");
+        };
+        // 50 km/My · 20 My · 1e-3 = 1.
+        let whole = folded(Vec3::ZERO, DVec3::X * 50.0, DVec3::Z, 20.0);
+        near(whole, Vec3::X);
+        // Four times as fast: 4, cut to 1. As long again: 2, cut to 1.
+        near(
+            folded(Vec3::ZERO, DVec3::X * 200.0, DVec3::Z, 20.0),
+            Vec3::X,
+        );
+        near(folded(whole, DVec3::X * 50.0, DVec3::Z, 20.0), Vec3::X);
+        // 0.5 x less its part along the site r, 0.3 r: (0.5 − 0.18, −0.24, 0).
+        let site = DVec3::new(0.6, 0.8, 0.0);
+        let fold = folded(Vec3::ZERO, DVec3::X * 50.0, site, 10.0);
+        near(fold, Vec3::new(0.32, -0.24, 0.0));
+        assert!(fold.as_dvec3().dot(site).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_fold_grows_whichever_way_the_plates_move_across_it() {
+        let half = folded(Vec3::ZERO, DVec3::X * 50.0, DVec3::Z, 10.0);
+        assert!((half - Vec3::X * 0.5).length() < 1e-6, "{half}");
+        // Back at 20 km/My for 10 My: 0.5 + 0.2, not 0.5 − 0.2.
+        let grown = folded(half, DVec3::X * -20.0, DVec3::Z, 10.0);
+        assert!((grown - Vec3::X * 0.7).length() < 1e-6, "{grown}");
     }
 
     /// One cell of 64 km among 35 km: while pressed, it flows above 55 km, later above 44 km.

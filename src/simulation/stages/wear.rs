@@ -138,6 +138,7 @@ pub(in crate::simulation) fn swell(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simulation::fixtures::random_mesh;
     use glam::DVec3;
 
     fn octahedron() -> SphereMesh<EdgeState> {
@@ -186,5 +187,56 @@ mod tests {
         assert!(lost > 0.0);
         assert!((before - volume(&thickness) - lost).abs() < 1e-6);
         assert!(thickness[2].0 < 55.6 && thickness[1].0 == 45.6);
+    }
+
+    #[test]
+    fn rain_shares_a_drop_out_among_the_neighbours() {
+        let (mesh, recipe) = (octahedron(), Recipe::default());
+        // A peak of 1.55 km at the equator, all else at the level of the sea. One of its neighbours is
+        // sea floor, one a small cell.
+        let mut crust = [Crust::Continental; 6];
+        crust[1] = Crust::Oceanic;
+        let mut thickness = [Thickness(34.7); 6];
+        thickness[0] = Thickness(44.7);
+        let mut area = [MaterialArea(1000.0); 6];
+        area[2] = MaterialArea(400.0);
+        let lost = wear_by_rain(&recipe, &mesh, &crust, &mut thickness, &area, 0.0, 0.1);
+        // Rain at the equator: (0.25 + 1.65 + 0.85 e⁻⁹)/0.8536 = 2.22599 of the mean. The share of it:
+        // 1.8e-7 · 7.8e5 · 2.22599 · 0.1 = 0.0312529, times (226/225.846)² = 0.0312955. A quarter of
+        // 0.0312955 · 1.55 km goes to each neighbour, over the smaller of both areas.
+        let layer = 0.012_127;
+        let expected = [
+            44.7 - 3.4 * layer,
+            34.7,
+            34.7 + layer,
+            34.7,
+            34.7 + layer,
+            34.7 + layer,
+        ];
+        for (thickness, expected) in thickness.iter().zip(expected) {
+            assert!((thickness.0 - expected).abs() < 1e-6, "{thickness:?}");
+        }
+        assert!((lost - 1000.0 * layer).abs() < 1e-3);
+    }
+
+    #[test]
+    fn noise_is_bounded_and_belongs_to_places_and_not_to_meshes() {
+        // The fine mesh has the sites of the coarse one, and more.
+        let coarse = random_mesh::<EdgeState>(500);
+        let fine = random_mesh::<EdgeState>(1500);
+        assert_eq!(coarse.sites(), &fine.sites()[..500]);
+        let raised = |recipe: &Recipe, mesh: &SphereMesh<EdgeState>| {
+            let mut heights = vec![100.0; mesh.vertex_count()];
+            swell(recipe, mesh, &mut heights);
+            heights
+        };
+        let mut recipe = Recipe::default();
+        recipe.constants.laws.noise = 250.0;
+        let heights = raised(&recipe, &fine);
+        assert!(heights.iter().all(|h| (h - 100.0).abs() <= 250.0));
+        assert!(heights.iter().any(|h| (h - 100.0).abs() > 10.0));
+        assert_eq!(raised(&recipe, &coarse), heights[..500]);
+        recipe.constants.laws.noise = 0.0;
+        assert_eq!(raised(&recipe, &coarse), [100.0; 500]);
     }
 }

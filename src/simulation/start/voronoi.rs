@@ -83,3 +83,62 @@ pub(super) fn join_strays(mesh: &SphereMesh<EdgeState>, plate: &mut [PlateId]) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simulation::fixtures::random_mesh;
+
+    #[test]
+    fn cells_are_whole_warped_and_young_at_their_rims() {
+        let recipe = Recipe::earth_like(4).with_sub_plates(6000);
+        let mesh = random_mesh::<EdgeState>(6000);
+        let layout = lay_out(&recipe, &mesh);
+        // Every plate is one piece.
+        let whole = pieces(&mesh, &layout.plate).pieces;
+        let mut ids: Vec<PlateId> = layout.plate.clone();
+        ids.sort_unstable();
+        ids.dedup();
+        assert_eq!(whole.len(), ids.len());
+        assert!(ids.len() > recipe.plates as usize / 2);
+        // Not all belong to the centre that lies nearest as the crow flies: by how many tells the warp.
+        let mut rng = streams::stream(recipe.seed, Purpose::Plates, 0, 0);
+        let centres: Vec<DVec3> = (0..recipe.plates)
+            .map(|_| streams::direction(&mut rng))
+            .collect();
+        let nearest = |v: usize| {
+            let far = |i: &usize| centres[*i].distance(mesh.site(v as u32));
+            let nearest = (0..centres.len()).min_by(|a, b| far(a).total_cmp(&far(b)));
+            PlateId(nearest.unwrap() as u16 + 1)
+        };
+        let kept = (0..6000).filter(|&v| layout.plate[v] == nearest(v)).count();
+        assert!((3000..5900).contains(&kept), "{kept}");
+        // Sea floor ages from the rims inwards, at 30 km/My.
+        let is_rim = |v: usize| {
+            let mut around = mesh.neighbours(v as u32);
+            around.any(|w| layout.plate[w as usize] != layout.plate[v])
+        };
+        let mean = |rim: bool| {
+            let ages: Vec<f64> = (0..6000)
+                .filter(|&v| is_rim(v) == rim)
+                .map(|v| layout.age[v])
+                .collect();
+            ages.iter().sum::<f64>() / ages.len() as f64
+        };
+        assert!(mean(true) < 10.0 && mean(false) > 2.0 * mean(true));
+        assert!(layout.age.iter().all(|age| (0.0..=OLDEST).contains(age)));
+    }
+
+    #[test]
+    fn strays_join_the_plates_around_them() {
+        let mesh = random_mesh::<EdgeState>(800);
+        let half = |v: u32| PlateId(if mesh.site(v).z > 0.0 { 1 } else { 2 });
+        let mut plate: Vec<PlateId> = (0..800).map(half).collect();
+        let expected = plate.clone();
+        // One of the southern plate's cells deep in the northern one.
+        let north = (0..800).max_by(|&a, &b| mesh.site(a).z.total_cmp(&mesh.site(b).z));
+        plate[north.unwrap() as usize] = PlateId(2);
+        join_strays(&mesh, &mut plate);
+        assert_eq!(plate, expected);
+    }
+}

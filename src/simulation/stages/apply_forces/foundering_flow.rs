@@ -218,4 +218,92 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn plates_turn_by_the_mean_over_their_areas() {
+        let turn = DVec3::new(1.0, -2.0, 3.0);
+        // Two sub-plates that turn alike, two that do not, and one that is on no plate.
+        let flow = [turn, turn, DVec3::Y * 4.0, DVec3::Z * 8.0, DVec3::X];
+        let areas = [2.0, 6.0, 1.0, 3.0, 5.0];
+        let plates = [Some(0), Some(0), Some(1), Some(1), None];
+        let rotations = mean_rotations(&flow, |v| areas[v], |v| plates[v], 3);
+        // (1 · 4 y + 3 · 8 z)/4 = y + 6 z; the third plate has no ground.
+        assert_eq!(rotations, [turn, DVec3::new(0.0, 1.0, 6.0), DVec3::ZERO]);
+    }
+
+    /// Floor whose buoyancy falls evenly from pole to pole: `−1103.625 (1 + z)` N/m³, from 0 at an age of
+    /// 185/1.64 My to −2207.25 at 250 My.
+    #[test]
+    fn the_mantle_flows_at_mobility_times_the_gradient() {
+        let mut recipe = Recipe::default().with_sub_plates(2000);
+        recipe.constants.foundering = FounderingConstants {
+            diffusion_length: 2000.0,
+            mobility: 2.0,
+            ..FounderingConstants::default()
+        };
+        let clock = Clock {
+            time_my: 250.0,
+            ..Clock::default()
+        };
+        let mesh = even_mesh::<()>(2000);
+        let afloat = 185.0 / 1.64;
+        let created: Vec<Created> = mesh
+            .sites()
+            .iter()
+            .map(|site| {
+                let age = afloat + (250.0 - afloat) * 0.5 * (1.0 + site.z);
+                Created((250.0 - age) as f32)
+            })
+            .collect();
+        let crust = vec![Crust::Oceanic; 2000];
+        let flow = mantle_flow(&recipe, &clock, &mesh, &crust, &created);
+        // The gradient is 1103.625/6.371 = 173.226 N/m³ per 1,000 km of the part of the z axis that is
+        // tangent; diffused it is (1 + 2 · (2000/6371)²/3)⁻³ = 0.82622 of that. Twice it is 286.25 km/My.
+        for (site, turn) in mesh.sites().iter().zip(flow) {
+            let velocity = turn.cross(*site) * recipe.radius_km;
+            let expected = (DVec3::Z - *site * site.z) * 286.25;
+            assert!((velocity - expected).length() < 15.0, "{site}: {velocity}");
+        }
+    }
+
+    #[test]
+    fn the_mantle_flows_towards_old_floor_from_all_sides_and_no_continent_stops_it() {
+        let recipe = Recipe::default().with_sub_plates(2000);
+        let clock = Clock {
+            time_my: 200.0,
+            ..Clock::default()
+        };
+        let mesh = even_mesh::<()>(2000);
+        let centre = DVec3::new(0.6, 0.0, 0.8);
+        let old: Vec<bool> = mesh.sites().iter().map(|p| p.dot(centre) > 0.9).collect();
+        let made = |old: &bool| Created(if *old { 0.0 } else { 200.0 });
+        let created: Vec<Created> = old.iter().map(made).collect();
+        let floor = vec![Crust::Oceanic; 2000];
+        let flow = mantle_flow(&recipe, &clock, &mesh, &floor, &created);
+        for (site, turn) in mesh.sites().iter().zip(&flow) {
+            let near = site.dot(centre);
+            if near > 0.0 && near < 0.95 {
+                let velocity = turn.cross(*site).normalize();
+                let towards = (centre - *site * near).normalize();
+                assert!(velocity.dot(towards) > 0.98, "{site}: {velocity}");
+            }
+        }
+        let continent_where = |is_old: bool| -> Vec<Crust> {
+            let kind = |old: &bool| {
+                if *old == is_old {
+                    Crust::Continental
+                } else {
+                    Crust::Oceanic
+                }
+            };
+            old.iter().map(kind).collect()
+        };
+        // Around the patch a continent drags no more than young floor does, and is dragged as much.
+        let around = continent_where(false);
+        assert_eq!(mantle_flow(&recipe, &clock, &mesh, &around, &created), flow);
+        // A continent as old as the patch does not founder.
+        let instead = continent_where(true);
+        let still = mantle_flow(&recipe, &clock, &mesh, &instead, &created);
+        assert!(still.iter().all(|turn| *turn == DVec3::ZERO));
+    }
 }

@@ -10,7 +10,7 @@
 //! sea floor that no plate happens to run over would never end.
 
 use super::super::super::{
-    boundaries::{Boundaries, Contact, Contacts},
+    boundaries::{Boundaries, Contact, Contacts, Front},
     clock::Clock,
     columns::Columns,
     error::TectonicError,
@@ -81,17 +81,7 @@ pub(in crate::simulation) fn turn_axes(
             oceanic && row.born > 0.0 && fresh(row.born) && contacts.0.iter().any(sinks)
         })
         .collect();
-    let mut pulls = vec![DVec3::ZERO; table.rows().len()];
-    for front in &boundaries.fronts {
-        if let Some(under) = front.under
-            && let Some(row) = table.row(front.plates[under])
-            && (front.opening < 0.0 || founders[row])
-        {
-            let turn = centroids[row].cross(front.midpoint).normalize_or_zero();
-            // The chord of the front, whose zigzag costs nothing.
-            pulls[row] += turn * front.normal.dot(front.direction).abs();
-        }
-    }
+    let pulls = slab_pulls(&table, &boundaries.fronts, &centroids, &founders);
     for (row, plate) in table.rows().iter().enumerate() {
         if founders[row] {
             let mut rng = streams::stream(
@@ -114,6 +104,28 @@ pub(in crate::simulation) fn turn_axes(
         }
     }
     Ok(())
+}
+
+/// `Σ (c × q)/|c × q|` over the length in km of the fronts at which each plate goes under. Founders are
+/// pulled even where their fronts do not close yet.
+fn slab_pulls(
+    table: &PlateTable,
+    fronts: &[Front],
+    centroids: &[DVec3],
+    founders: &[bool],
+) -> Vec<DVec3> {
+    let mut pulls = vec![DVec3::ZERO; table.rows().len()];
+    for front in fronts {
+        if let Some(under) = front.under
+            && let Some(row) = table.row(front.plates[under])
+            && (front.opening < 0.0 || founders[row])
+        {
+            let turn = centroids[row].cross(front.midpoint).normalize_or_zero();
+            // The chord of the front, whose zigzag costs nothing.
+            pulls[row] += turn * front.normal.dot(front.direction).abs();
+        }
+    }
+    pulls
 }
 
 /// Speed of a plate's new motion in rad/My.
@@ -163,5 +175,67 @@ mod tests {
             assert!(axis.cross(b).dot(b - a) > 0.0);
             assert!((-axis).cross(a).dot(a - b) > 0.0);
         }
+    }
+
+    /// A front that opens at a speed in km/My across a direction.
+    fn front(
+        plates: [u16; 2],
+        midpoint: DVec3,
+        normal: DVec3,
+        direction: DVec3,
+        under: Option<usize>,
+        opening: f64,
+    ) -> Front {
+        Front {
+            edge: 0,
+            vertices: [0, 1],
+            plates: plates.map(PlateId),
+            normal,
+            length: normal.length(),
+            direction,
+            midpoint,
+            slip: direction * opening,
+            opening,
+            continental: false,
+            under,
+        }
+    }
+
+    #[test]
+    fn each_front_pulls_the_plate_that_goes_under_by_its_length() {
+        let plates = [Plate { id: PlateId(1) }, Plate { id: PlateId(2) }];
+        let (rotation, born) = (Rotation::default(), PlateBorn::default());
+        let rows = plates
+            .iter()
+            .map(|plate| (Entity::PLACEHOLDER, plate, &rotation, &born));
+        let table = PlateTable::gather(rows);
+        // Sums of sites by area: their lengths do not count.
+        let centroids = [DVec3::X * 3e6, DVec3::NEG_X * 2e6];
+        let [x, y, z] = DVec3::AXES;
+        let near = DVec3::new(0.8, 0.6, 0.0);
+        let across = DVec3::new(-0.6, 0.8, 0.0);
+        let oblique = DVec3::new(-300.0, 0.0, 400.0);
+        let fronts = [
+            // (x × y)/|x × y| = z. Of 500 km, 300 lie along the front: 300 z.
+            front([1, 2], y, oblique, -x, Some(0), -40.0),
+            // x × z = −y, and the second plate goes under: −200 y.
+            front([2, 1], z, x * 200.0, x, Some(1), -40.0),
+            // x × (0.8, 0.6, 0) = 0.6 z, which counts as z: 100 z.
+            front([1, 2], near, across * 100.0, across, Some(0), -40.0),
+            // Neither goes under.
+            front([1, 2], -y, -x * 700.0, -x, None, -40.0),
+            // It opens: nothing, or for a founder x × −z = y: 50 y.
+            front([1, 2], -z, -x * 50.0, -x, Some(0), 10.0),
+        ];
+        let pulls = slab_pulls(&table, &fronts, &centroids, &[false, false]);
+        assert!((pulls[0] - DVec3::new(0.0, -200.0, 400.0)).length() < 1e-9);
+        assert_eq!(pulls[1], DVec3::ZERO);
+        // ε dt = 0.0025: from the axis x to (1, −0.5, 1), whose length is 1.5.
+        let after = turned(x * 0.01, pulls[0] * 0.0025);
+        assert!((after - DVec3::new(1.0, -0.5, 1.0) * (0.01 / 1.5)).length() < 1e-12);
+
+        let pulls = slab_pulls(&table, &fronts, &centroids, &[true, false]);
+        assert!((pulls[0] - DVec3::new(0.0, -150.0, 400.0)).length() < 1e-9);
+        assert_eq!(pulls[1], DVec3::ZERO);
     }
 }

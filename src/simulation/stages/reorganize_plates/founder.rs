@@ -207,3 +207,94 @@ fn sinking_piece(
     .map(|(w, ..)| w as usize)
     .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simulation::{clock::Tick, fixtures::random_mesh};
+    use bevy::ecs::system::RunSystemOnce;
+    use glam::DVec3;
+
+    /// What becomes of floor of an age in My round a continent at X, both of plate 1, where the mantle sinks at
+    /// `downwelling`. The other hemisphere, plate 2, is floor that has just been made. Floor founders from 150 My on.
+    fn foundered(age: f32, downwelling: DVec3) -> World {
+        let mut recipe = Recipe::earth_like(1).with_sub_plates(2000);
+        recipe.constants.plates.founder_age = 150.0;
+        // After so long the chance is 1.
+        let mut clock = Clock {
+            time_my: 99.0,
+            reorganisation: Tick::after(1e6),
+            ..default()
+        };
+        clock.begin_step(&recipe);
+        let mesh = random_mesh::<EdgeState>(2000);
+        let rows: Vec<_> = mesh
+            .sites()
+            .iter()
+            .map(|&site| {
+                let (plate, age) = if site.x > 0.0 { (1, age) } else { (2, 0.0) };
+                let crust = if site.distance(DVec3::X) < 0.5 {
+                    Crust::Continental
+                } else {
+                    Crust::Oceanic
+                };
+                let created = Created(clock.time_my as f32 - age);
+                let area = MaterialArea(recipe.cell_area_km2());
+                (SubPlate, PlateId(plate), crust, created, area)
+            })
+            .collect();
+        let mut world = World::new();
+        world.spawn_batch(rows);
+        for id in [1, 2] {
+            world.spawn(Plate { id: PlateId(id) });
+        }
+        world.insert_resource(recipe);
+        world.insert_resource(clock);
+        world.insert_resource(Mantle {
+            downwelling,
+            ..default()
+        });
+        world.insert_resource(Topology(mesh));
+        world.insert_resource(Workers::default());
+        world.insert_resource(Contacts::default());
+        world.insert_resource(NextPlateId(3));
+        world.insert_resource(Splits::default());
+        let done: Result<(), TectonicError> = world.run_system_once(founder).unwrap();
+        done.unwrap();
+        world
+    }
+
+    #[test]
+    fn floor_founders_once_it_is_old_enough_or_pressed() {
+        let plates = |age, downwelling| {
+            let mut world = foundered(age, downwelling);
+            world.query::<&Plate>().iter(&world).count()
+        };
+        assert_eq!(plates(149.0, DVec3::ZERO), 2);
+        assert_eq!(plates(151.0, DVec3::ZERO), 3);
+        // Beside the continent, at x = 0.87, floor of 100 My counts 1 + 0.8 · 0.87 times as much: 170 My.
+        assert_eq!(plates(100.0, DVec3::X), 3);
+        assert_eq!(plates(100.0, DVec3::NEG_X), 2);
+    }
+
+    #[test]
+    fn what_founders_is_the_floor_in_front_of_a_continent() {
+        let mut world = foundered(151.0, DVec3::ZERO);
+        let mut rows = world.query::<(&PlateId, &Crust, &Slab)>();
+        let rows: Vec<_> = rows.iter(&world).collect();
+        let mesh = &world.resource::<Topology>().0;
+        let sinks = |v: u32| *rows[v as usize].0 == PlateId(3);
+        for (&(plate, crust, slab), v) in rows.iter().zip(0..) {
+            // No land, and nothing of the other plate.
+            assert!(!sinks(v) || (!crust.is_continental() && mesh.site(v).x > 0.0));
+            let is_over = *plate == PlateId(1) && mesh.neighbours(v).any(sinks);
+            assert_eq!(slab.0, if is_over { FIRST_SLAB } else { 0.0 });
+        }
+        let mut over = rows.iter().filter(|(_, _, slab)| slab.0 > 0.0);
+        assert!(over.any(|(_, crust, _)| crust.is_continental()));
+        let contacts = world.resource::<Contacts>();
+        let contact = contacts.get(PlateId(1), PlateId(3)).unwrap();
+        assert_eq!(contact.subducting, Some(PlateId(3)));
+        assert!(world.resource::<Splits>().suspected);
+    }
+}

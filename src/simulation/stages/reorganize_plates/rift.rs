@@ -11,6 +11,7 @@ use super::{
         boundaries::{Contact, Contacts, FrontForces, Rift},
         clock::Clock,
         columns::Columns,
+        constants::PlateConstants,
         error::TectonicError,
         plate::{NextPlateId, Plate, PlateBorn, PlateRow, PlateTable, Rotation},
         recipe::Recipe,
@@ -64,20 +65,15 @@ pub(in crate::simulation) fn rift(
             lands[row].1 += mesh.site(v as u32) * area[v].0;
         }
     }
-    let ratio = constants.plate_count / table.rows().len() as f64;
-    let urgency = (ratio * ratio).min(MOST_URGENT);
 
     for ((row, &size), (land_area, middle)) in table.rows().iter().zip(&areas).zip(lands) {
         let share = size / sphere;
         if share < constants.rift_smallest || clock.time_my - row.born < constants.rift_youngest {
             continue;
         }
-        let warm = 1.0 + constants.rift_warmth * mantle.warmth_at(middle.normalize_or_zero());
-        let rate = constants.rift_rate
-            * (0.3 + 2.0 * land_area / size.max(1.0))
-            * (share / NOMINAL_SHARE)
-            * urgency
-            * warm.max(0.0);
+        let warmth = mantle.warmth_at(middle.normalize_or_zero());
+        let count = table.rows().len();
+        let rate = rate_of_rifting(constants, [size, land_area, sphere], count, warmth);
         let mut rng = streams::stream(recipe.seed, Purpose::Rift, clock.steps, row.id.0.into());
         if streams::unit(&mut rng) >= 1.0 - libm::exp(-rate * time) {
             continue;
@@ -119,6 +115,30 @@ pub(in crate::simulation) fn rift(
         }
     }
     Ok(())
+}
+
+/// Rate in 1/My at which a plate is tried to be cut, from its area, that of its continents and that of the
+/// sphere in km², the number of plates and the warmth under its continents, −1 to 1.
+///
+/// Cortial et al. 2019 have a Poisson law: a rate `λ = λ₀ f(x) A/A₀`, and `λ e^(−λ)`, the probability of exactly
+/// one event, as the chance in a step. Here the chance in a time is `1 − e^(−rate · time)`, the probability of
+/// at least one, whatever the length of the steps. The factors are `f(x) = 0.3 + 2x` of the continental share x,
+/// the plate's share of the sphere over [`NOMINAL_SHARE`], the urgency where there are few plates, and warmth.
+fn rate_of_rifting(
+    constants: &PlateConstants,
+    [size, land_area, sphere]: [f64; 3],
+    plates: usize,
+    warmth: f64,
+) -> f64 {
+    let ratio = constants.plate_count / plates as f64;
+    let urgency = (ratio * ratio).min(MOST_URGENT);
+    let warm = 1.0 + constants.rift_warmth * warmth;
+    let share = size / sphere;
+    constants.rift_rate
+        * (0.3 + 2.0 * land_area / size.max(1.0))
+        * (share / NOMINAL_SHARE)
+        * urgency
+        * warm.max(0.0)
 }
 
 /// Makes plates of the pieces of a cut; the largest stays what it was. Pieces below the smallest area
@@ -189,5 +209,46 @@ mod tests {
         assert_eq!(rift.reach_km(110.0), 1500.0);
         rift.stops_km = 1200.0;
         assert_eq!(rift.reach_km(110.0), 1200.0);
+    }
+
+    /// Rates by hand on a sphere of 5e8 km², of which a tenth is the nominal plate, at 14 plates.
+    #[test]
+    fn plates_rift_more_often_where_they_are_large_continental_few_and_warm() {
+        let constants = PlateConstants {
+            rift_rate: 0.05,
+            rift_warmth: 0.8,
+            plate_count: 14.0,
+            ..default()
+        };
+        let rate = |size, land_area, plates, warmth| {
+            rate_of_rifting(&constants, [size, land_area, 5e8], plates, warmth)
+        };
+        let near = |found: f64, expected: f64| {
+            assert!((found - expected).abs() < 1e-12, "{found}, not {expected}");
+        };
+        // Half continental: 0.05 · (0.3 + 1).
+        near(rate(5e7, 2.5e7, 14, 0.0), 0.065);
+        near(rate(1e8, 5e7, 14, 0.0), 0.13);
+        // Sea floor alone, and land alone: 0.05 · 0.3 and 0.05 · 2.3.
+        near(rate(5e7, 0.0, 14, 0.0), 0.015);
+        near(rate(5e7, 5e7, 14, 0.0), 0.115);
+        // Twice as many plates: (1/2)². Half of them: 2² = 4, and no more with fewer.
+        near(rate(5e7, 2.5e7, 28, 0.0), 0.065 / 4.0);
+        near(rate(5e7, 2.5e7, 7, 0.0), 0.065 * MOST_URGENT);
+        near(rate(5e7, 2.5e7, 2, 0.0), 0.065 * MOST_URGENT);
+        // 1 ± 0.8.
+        near(rate(5e7, 2.5e7, 14, 1.0), 0.065 * 1.8);
+        near(rate(5e7, 2.5e7, 14, -1.0), 0.065 * 0.2);
+    }
+
+    #[test]
+    fn no_cold_makes_the_rate_of_rifting_negative() {
+        let constants = PlateConstants {
+            rift_warmth: 2.0,
+            ..default()
+        };
+        // 1 − 2 · 1 < 0.
+        let rate = rate_of_rifting(&constants, [5e7, 2.5e7, 5e8], 14, -1.0);
+        assert_eq!(rate, 0.0);
     }
 }

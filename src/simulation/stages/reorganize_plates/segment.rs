@@ -374,4 +374,64 @@ mod tests {
         assert!(!due(20, 10.0, &[0.5, 0.5]));
         assert!(due(100, 60.0, &[0.5, 0.5]));
     }
+
+    #[test]
+    fn streams_whose_rotations_differ_by_less_than_the_spread_make_one_plate() {
+        let mesh = even_mesh::<()>(1_000);
+        let mut recipe = Recipe::default().with_sub_plates(1_000);
+        let cell = recipe.cell_area_km2();
+        let cases = [
+            (50.0, 60.0, 1),
+            (70.0, 60.0, 2),
+            (50.0, 45.0, 2),
+            (70.0, 80.0, 1),
+        ];
+        for (degrees, spread, expected) in cases {
+            recipe.constants.foundering.spread = spread;
+            // North of the equator about z, south of it about an axis so many degrees from z.
+            let (sin, cos) = libm::sincos(f64::to_radians(degrees));
+            let south = DVec3::new(sin, 0.0, cos) * 0.008;
+            let flow: Vec<DVec3> = mesh
+                .sites()
+                .iter()
+                .map(|site| if site.z > 0.0 { DVec3::Z * 0.01 } else { south })
+                .collect();
+            let segments = Segments::cut(&recipe, &mesh, &flow, |_| cell);
+            assert_eq!(segments.count, expected, "{degrees}° within {spread}°");
+        }
+    }
+
+    #[test]
+    fn no_more_plates_are_made_than_wanted_and_the_fastest_first() {
+        let mesh = even_mesh::<()>(2_000);
+        let mut recipe = Recipe::default().with_sub_plates(2_000);
+        let cell = recipe.cell_area_km2();
+        // Six streams, one about each end of each axis; those about x are the fastest.
+        let flow: Vec<DVec3> = mesh
+            .sites()
+            .iter()
+            .map(|site| {
+                let far = site.abs();
+                if far.x >= far.y && far.x >= far.z {
+                    DVec3::X * (0.01 * site.x.signum())
+                } else if far.y >= far.z {
+                    DVec3::Y * (0.009 * site.y.signum())
+                } else {
+                    DVec3::Z * (0.008 * site.z.signum())
+                }
+            })
+            .collect();
+        for (most, expected) in [(10.0, 6), (4.0, 4), (2.0, 2)] {
+            recipe.constants.foundering.segments = most;
+            let segments = Segments::cut(&recipe, &mesh, &flow, |_| cell);
+            assert_eq!(segments.count, expected);
+            // What is left over joins them.
+            assert!(segments.of.iter().all(|&of| (of as usize) < expected));
+            for (v, site) in mesh.sites().iter().enumerate() {
+                if site.x.abs() > 0.9 {
+                    assert!(segments.of[v] < 2, "{most}: {site}");
+                }
+            }
+        }
+    }
 }

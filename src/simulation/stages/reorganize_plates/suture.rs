@@ -258,7 +258,129 @@ impl Terrane {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simulation::fixtures::random_mesh;
+    use crate::simulation::{clock::Tick, fixtures::random_mesh};
+    use bevy::ecs::system::RunSystemOnce;
+    use glam::DVec3;
+
+    /// A cap of some 20 of 2,000 cells.
+    fn is_terrane(site: DVec3) -> bool {
+        site.distance(DVec3::X) < 0.2
+    }
+
+    /// Plates 1 and 2 share a cap of a fifth of the sphere about the terrane; plate 3 has the rest.
+    fn plate_at(site: DVec3) -> PlateId {
+        PlateId(if site.x < 0.6 {
+            3
+        } else if site.y > 0.0 || is_terrane(site) {
+            1
+        } else {
+            2
+        })
+    }
+
+    /// What becomes of the terrane of plate 1 in front of a continent of plate 2 after they have closed by
+    /// so many km, at 20 km/My; the largest terrane is a share of the sphere.
+    fn collide(closed_km: f64, terrane_largest: f64) -> World {
+        let mut recipe = Recipe::earth_like(1).with_sub_plates(2000);
+        recipe.constants.plates.terrane_largest = terrane_largest;
+        let mut clock = Clock {
+            time_my: 99.0,
+            reorganisation: Tick::after(recipe.constants.step.reorganisation),
+            ..default()
+        };
+        clock.begin_step(&recipe);
+        let mesh = random_mesh::<EdgeState>(2000);
+        let rows: Vec<_> = mesh
+            .sites()
+            .iter()
+            .map(|&site| {
+                let plate = plate_at(site);
+                let is_facing = plate == PlateId(2) && site.distance(DVec3::X) < 0.6;
+                let crust = if is_facing || is_terrane(site) {
+                    Crust::Continental
+                } else {
+                    Crust::Oceanic
+                };
+                let area = MaterialArea(recipe.cell_area_km2());
+                (SubPlate, plate, crust, area, Slab(400.0))
+            })
+            .collect();
+        let mut world = World::new();
+        world.spawn_batch(rows);
+        for (id, turn) in [(1, 0.02), (2, 0.0), (3, 0.0)] {
+            world.spawn((Plate { id: PlateId(id) }, Rotation(DVec3::Z * turn)));
+        }
+        let mut contacts = Contacts::default();
+        contacts.0.insert(
+            (PlateId(1), PlateId(2)),
+            Contact {
+                last_my: clock.time_my,
+                interpenetration: closed_km,
+                closing: 20.0,
+                continental_share: 0.5,
+                ..default()
+            },
+        );
+        world.insert_resource(contacts);
+        world.insert_resource(recipe);
+        world.insert_resource(clock);
+        world.insert_resource(Topology(mesh));
+        world.insert_resource(Splits::default());
+        world.insert_resource(Ledger::default());
+        let done: Result<(), TectonicError> = world.run_system_once(suture).unwrap();
+        done.unwrap();
+        world
+    }
+
+    #[test]
+    fn a_terrane_goes_over_and_loses_its_slab_beyond_300_km() {
+        for (closed_km, goes) in [(290.0, false), (310.0, true)] {
+            let mut world = collide(closed_km, 0.02);
+            let mut rows = world.query::<(&PlateId, &Slab)>();
+            let mesh = &world.resource::<Topology>().0;
+            let gone = |v: u32| goes && is_terrane(mesh.site(v));
+            for ((plate, slab), v) in rows.iter(&world).zip(0..) {
+                let expected = if gone(v) {
+                    PlateId(2)
+                } else {
+                    plate_at(mesh.site(v))
+                };
+                assert_eq!(*plate, expected, "{v} after {closed_km} km");
+                let is_broken = mesh.neighbours(v).any(gone);
+                assert_eq!(slab.0, if is_broken { 0.0 } else { 400.0 }, "{v}");
+            }
+            assert_eq!(world.resource::<Splits>().suspected, goes);
+            let contacts = world.resource::<Contacts>();
+            let contact = contacts.get(PlateId(1), PlateId(2)).unwrap();
+            // The sea floor behind the terrane goes on sinking, and the count begins anew.
+            assert_eq!(contact.subducting, goes.then_some(PlateId(1)));
+            let left = if goes { 0.0 } else { closed_km };
+            assert_eq!(contact.interpenetration, left);
+        }
+    }
+
+    #[test]
+    fn plates_join_where_the_continent_is_too_large_to_go_over() {
+        // 2 cells at most, and deeper than 350 km.
+        let mut world = collide(400.0, 0.001);
+        let mesh = &world.resource::<Topology>().0;
+        let size = |id| {
+            let sites = mesh.sites().iter();
+            sites.filter(|&&site| plate_at(site) == PlateId(id)).count()
+        };
+        let (first, second) = (size(1), size(2));
+        let heir = PlateId(if first < second { 2 } else { 1 });
+        // Plate 1 turned at 0.02 rad/My, plate 2 rested.
+        let mean = 0.02 * first as f64 / (first + second) as f64;
+        let mut rows = world.query::<&PlateId>();
+        let count = rows.iter(&world).filter(|id| **id == heir).count();
+        assert_eq!(count, first + second);
+        let mut plates = world.query::<(&Plate, &Rotation)>();
+        let mut plates = plates.iter(&world);
+        let (_, rotation) = plates.find(|(plate, _)| plate.id == heir).unwrap();
+        assert!((rotation.0 - DVec3::Z * mean).length() < 1e-12);
+        assert!(world.resource::<Contacts>().0.is_empty());
+    }
 
     #[test]
     fn the_terrane_is_the_continent_at_the_front() {
