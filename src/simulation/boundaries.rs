@@ -5,6 +5,7 @@ use super::{
     recipe::Recipe,
     sub_plate::{Crust, PlateId},
     topology::EdgeState,
+    workers::{FEW, Workers},
 };
 use crate::mesh::{NONE, SphereMesh};
 use bevy::prelude::*;
@@ -136,24 +137,26 @@ impl Boundaries {
     }
 
     /// Lists the polarity of the fronts between floor and floor.
-    pub(super) fn list_polarity(&mut self, fronts: &[Front], crust: &[Crust]) {
-        self.polarity.clear();
-        for front in fronts {
-            let floor = front
-                .vertices
-                .iter()
-                .all(|&v| !crust[v as usize].is_continental());
-            if let (true, Some(under)) = (floor, front.under) {
-                for end in 0..2 {
-                    self.polarity.push((
-                        front.vertices[end],
-                        front.plates[1 - end],
-                        front.plates[under],
-                    ));
+    pub(super) fn list_polarity(&mut self, workers: &Workers, fronts: &[Front], crust: &[Crust]) {
+        let found = workers.run(fronts.chunks(FEW), |fronts| {
+            let mut polarity = Vec::new();
+            for front in fronts {
+                let is_floor = |&v: &u32| !crust[v as usize].is_continental();
+                if let (true, Some(under)) = (front.vertices.iter().all(is_floor), front.under) {
+                    let sinking = front.plates[under];
+                    polarity.extend([
+                        (front.vertices[0], front.plates[1], sinking),
+                        (front.vertices[1], front.plates[0], sinking),
+                    ]);
                 }
             }
-        }
-        self.polarity.sort_unstable();
+            polarity.sort_unstable();
+            polarity
+        });
+        self.polarity.clear();
+        self.polarity.extend(found.into_iter().flatten());
+        // A stable sort makes use of parts that are in order.
+        self.polarity.sort();
         self.polarity
             .dedup_by_key(|&mut (vertex, other, _)| (vertex, other));
     }

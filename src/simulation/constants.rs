@@ -304,11 +304,12 @@ constants! {
         /// Basal drag of oceanic lithosphere. The unit of all forces.
         ocean_drag = 1.0 in 0.1..=10.0 "per km² and km/My",
         /// Basal drag of continents, whose roots reach deeper. At 1.7 fine meshes have a median speed of 20 km/My.
-        continent_drag = 1.3 in 0.1..=20.0 "per km² and km/My",
-        /// Pull of a full slab of 80 My on its plate, per km of trench (the study has 7e5; with an eighth more
-        /// twenty tuning seeds moved at 39 km/My on average, Earth does at 38; Yggdrasill's 5e-8 m/yr²
-        /// acts on single vertices and dilutes as the mesh is refined).
-        slab_pull = 8.0e5 in 0.0..=1.0e7 "per km",
+        continent_drag = 1.2 in 0.1..=20.0 "per km² and km/My",
+        /// Pull of a full slab of 80 My on its plate, per km of trench (the study has 7e5; Yggdrasill's 5e-8 m/yr²
+        /// acts on single vertices and dilutes as the mesh is refined). Earth's surface moves at 38 km/My on
+        /// average and at 29 in the median. At 8e5 sea floor is too young on a fifth of twenty tuning seeds, at
+        /// 7e5 mountains are too low on as many.
+        slab_pull = 7.75e5 in 0.0..=1.0e7 "per km",
         /// Suction of the same slab on the overriding plate.
         slab_suction = 2.85e5 in 0.0..=1.0e7 "per km",
         /// Length of slab that pulls with full force.
@@ -328,10 +329,10 @@ constants! {
         /// Resistance of a front that a rift has not torn yet, along and across it: strong enough to be
         /// the hinge about which the two sides turn.
         untorn = 1.0e5 in 0.0..=1.0e7 "per km and km/My",
-        /// Friction along every front, and across trenches.
-        friction = 2000.0 in 0.0..=1.0e5 "per km and km/My",
+        /// Friction along every front, and across trenches; like the two resistances beside it on a mesh of 226 km.
+        friction = 2350.0 in 0.0..=1.0e5 "per km and km/My",
         /// Resistance of continental collision. A tenth loses continents, ten times makes shards (study).
-        collision = 3.5e4 in 0.0..=1.0e6 "per km and km/My",
+        collision = 4.0e4 in 0.0..=1.0e6 "per km and km/My",
         /// Interpenetration at which the resistance has grown by its own size.
         collision_length = 300.0 in 50.0..=2000.0 "km",
         /// Time in which a plate takes up a new balance. 10 My leaves old floor, 50 My sluggish plates.

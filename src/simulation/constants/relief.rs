@@ -65,7 +65,7 @@ constants! {
         transform_factor = 0.6 in 0.2..=1.0 "times",
         /// Opening as a share of the slip below which a boundary counts as near transform.
         transform_share = 0.25 in 0.0..=0.9 "of the slip",
-        /// Reach over which crushed continental crust thickens both plates (or 2.2 spacings).
+        /// Reach over which crushed continental crust thickens both plates (or 1.8 spacings).
         spread = 400.0 in 100.0..=3000.0 "km",
         /// No crust is thickened beyond this.
         thickest = 70.0 in 40.0..=120.0 "km",
@@ -80,8 +80,9 @@ constants! {
     /// Wear, sediment, isostasy.
     ErosionConstants("erosion") {
         /// Rock worn off per My as a share of the height above base level (Ahnert 1970: 0.15 of the
-        /// local relief, which is less than that height on plateaus).
-        rate = 0.08 in 0.0..=2.0 "/My",
+        /// local relief, which is less than that height on plateaus). At 0.07 one planet in eight has hardly any
+        /// land above 2 km.
+        rate = 0.06 in 0.0..=2.0 "/My",
         /// Slope of the base level inland from the shelf. At 0 land swings between 12 and 38 % (study); Earth's
         /// rises by 0.5 m/km from 850 to 1,750 km behind its crust's edge.
         base_slope = 0.45 in 0.0..=2.0 "m/km",
@@ -102,9 +103,11 @@ constants! {
         sediment_thickest = 450.0 in 0.0..=3000.0 "m",
         /// Sediment laid down on sea floor.
         sediment_rate = 3.0 in 0.0..=100.0 "m/My",
-        /// Width of a passive margin's shelf profile (Earth 80 km on average, up to 400). Wider than what is
-        /// drawn as sea: its inner part lies within metres of the sea level, and crust thins towards its edge.
-        shelf_width = 540.0 in 0.0..=1000.0 "km",
+        /// Width of the shelf profile of an old margin in front of land that is 1,000 km broad; younger margins have
+        /// sunk less, and narrower land feeds less (Earth 80 km on average, up to 400). Wider than what is drawn
+        /// as sea: its inner part lies within metres of the sea level, and crust thins towards its edge. At 900
+        /// shelves take a tenth of the planet.
+        shelf_width = 700.0 in 0.0..=2000.0 "km",
         /// Width of the shelf profile between a trench and its arc (Earth: 50-200 km of fore-arc basins, and
         /// wide flooded shelves behind the arcs of Sunda and the East China Sea, which are not modelled).
         forearc_width = 260.0 in 0.0..=1000.0 "km",

@@ -78,7 +78,7 @@ pub(in crate::simulation) fn create_crust(
     let thickness = thickness.bypass_change_detection();
     let plates = PlateTable::gather(plates.iter());
     let gaps = find_gaps(&workers, mesh, &recipe, &boundaries, &plates, plate, area);
-    let segments = Segments::gather(&gaps, &recipe, &boundaries, &plates, plate);
+    let segments = Segments::gather(&workers, &gaps, &recipe, &boundaries, &plates, plate);
 
     let constants = &recipe.constants.ridges;
     let spacing = recipe.spacing_km();
@@ -86,6 +86,7 @@ pub(in crate::simulation) fn create_crust(
     let now = clock.time_my as f32;
     let mut cuts = Vec::new();
     let mut newborn: Vec<PlateId> = Vec::new();
+    let mut born = Vec::new();
     for gap in gaps {
         // Before anything is taken or booked. Only a coincident site is refused, and the gap rule
         // keeps sites apart.
@@ -166,7 +167,7 @@ pub(in crate::simulation) fn create_crust(
         cuts.extend(cut_by_flips(&flips, plates_now));
         let is_of_child = |w: u32| plates_now.of(w) == Some(child.plate);
         splits.suspected |= !mesh.neighbours(vertex).any(is_of_child);
-        commands.spawn((
+        born.push((
             SubPlate,
             Position(gap.site.as_vec3()),
             Velocity((plates.rotation(child.plate).cross(gap.site) * recipe.radius_km).as_vec3()),
@@ -179,6 +180,7 @@ pub(in crate::simulation) fn create_crust(
             RidgeDirection(child.ridge.as_vec3()),
         ));
     }
+    commands.spawn_batch(born);
     let plates_now = Carried {
         rows: plate,
         newborn: &newborn,
@@ -304,6 +306,7 @@ struct Segments<'a> {
 impl<'a> Segments<'a> {
     /// Sorts the fronts by segment, where there are gaps to be filled.
     fn gather(
+        workers: &Workers,
         gaps: &[Gap],
         recipe: &'a Recipe,
         boundaries: &'a Boundaries,
@@ -323,17 +326,22 @@ impl<'a> Segments<'a> {
         };
         let grow = gaps.iter().filter(|gap| gap.motion.opening > 0.0);
         let pairs: BTreeSet<(PlateId, PlateId)> = grow.map(pair).collect();
-        for run in (boundaries.fronts).chunk_by(|a, b| a.plates == b.plates) {
-            let (first, second) = Contacts::key(run[0].plates[0], run[0].plates[1]);
-            if !pairs.contains(&(first, second)) {
-                continue;
+        let parts = boundaries.fronts.chunks(FEW).enumerate();
+        let found = workers.run(parts, |(part, fronts)| {
+            let mut found: Vec<((PlateId, PlateId, i64), usize)> = Vec::new();
+            for (front, place) in fronts.iter().zip(part * FEW..) {
+                let (first, second) = Contacts::key(front.plates[0], front.plates[1]);
+                if front.opening > 0.0 && pairs.contains(&(first, second)) {
+                    let pole = segments.pole(first, second);
+                    let stripe = segments.stripe(pole, front.midpoint);
+                    found.push(((first, second, stripe), place));
+                }
             }
-            let pole = segments.pole(first, second);
-            for front in run.iter().filter(|front| front.opening > 0.0) {
-                let stripe = segments.stripe(pole, front.midpoint);
-                let segment = segments.fronts.entry((first, second, stripe));
-                segment.or_default().push(front);
-            }
+            found
+        });
+        for (segment, place) in found.into_iter().flatten() {
+            let of_segment = segments.fronts.entry(segment).or_default();
+            of_segment.push(&boundaries.fronts[place]);
         }
         segments
     }

@@ -21,12 +21,11 @@ use super::super::{
     topology::{EdgeState, Topology},
     workers::Workers,
 };
+use super::inland::Inland;
 use super::wear::{swell, wear_by_elevation, wear_by_rain};
 use crate::mesh::SphereMesh;
 use bevy::prelude::*;
 
-/// Distances from the crust's edge beyond this no longer matter, in km.
-const FAR_INLAND: f64 = 2000.0;
 /// Thickness of the crust that the age–depth law describes, in km.
 const NORMAL_OCEANIC: f64 = 7.0;
 
@@ -68,7 +67,8 @@ pub(in crate::simulation) fn erode(
     let growth = ledger.growth(continental_volume(crust, thickness, area));
     let lost = match recipe.laws.erosion {
         ErosionLaw::BaseLevel => {
-            let inland = Inland::measure(&recipe, &workers, mesh, plate, crust, trench);
+            let age = |v: u32| clock.time_my - f64::from(created[v as usize].0);
+            let inland = Inland::measure(&recipe, &workers, mesh, plate, crust, trench, age);
             let constants = &recipe.constants.erosion;
             let share = (constants.lost + constants.lost_feedback * growth).clamp(0.0, 1.0);
             wear_to_base_level(
@@ -123,7 +123,7 @@ fn wear_to_base_level(
         let above = height - base;
         if above > 0.0 {
             let mut worn = constants.rate * 1e-3 * above * time;
-            let width = inland.shelf_width(v, constants);
+            let width = inland.width[v];
             if inland.distance[v] < width {
                 // Waves and short rivers plane a margin down to its shelf, from its edge inwards: narrow
                 // arcs are kept low by them.
@@ -225,95 +225,6 @@ impl OldMargins<'_> {
         }
     }
 }
-
-/// How far each continental sub-plate lies from the edge of its crust.
-struct Inland {
-    distance: Vec<f64>,
-    passive: Vec<bool>,
-}
-
-impl Inland {
-    fn measure(
-        recipe: &Recipe,
-        workers: &Workers,
-        mesh: &SphereMesh<EdgeState>,
-        plate: &[PlateId],
-        crust: &[Crust],
-        trench: &[Trench],
-    ) -> Self {
-        let half = 0.5 * recipe.spacing_km();
-        let found = workers.map(crust.len(), |rows| {
-            let mut edge = Vec::new();
-            for v in rows.start as u32..rows.end as u32 {
-                if !crust[v as usize].is_continental() {
-                    continue;
-                }
-                let mut at_edge = false;
-                let mut active = false;
-                for w in mesh.neighbours(v) {
-                    let sea_floor = !crust[w as usize].is_continental();
-                    at_edge |= sea_floor;
-                    active |= sea_floor
-                        && (plate[w as usize] != plate[v as usize] || trench[w as usize].0 > 0.0);
-                }
-                if at_edge {
-                    edge.push(((v, half), !active));
-                }
-            }
-            edge
-        });
-        let (sources, passive): (Vec<_>, Vec<_>) = found.into_iter().flatten().unzip();
-        let mut inland = Self {
-            distance: vec![FAR_INLAND; crust.len()],
-            passive: vec![false; crust.len()],
-        };
-        let found = reach(mesh, recipe.radius_km, &sources, FAR_INLAND, |v| {
-            crust[v as usize].is_continental()
-        });
-        for (v, distance, source) in found.found {
-            inland.distance[v as usize] = distance;
-            inland.passive[v as usize] = passive[source as usize];
-        }
-        inland
-    }
-
-    /// Width in km of the shelf in front of a place.
-    fn shelf_width(&self, v: usize, constants: &ErosionConstants) -> f64 {
-        if self.passive[v] {
-            constants.shelf_width
-        } else {
-            constants.forearc_width
-        }
-    }
-
-    /// Height in m above the sea down to which rock is worn, and up to which sediment fills but for the
-    /// [`slope`](Self::slope).
-    fn base_level(&self, v: usize, constants: &ErosionConstants) -> f64 {
-        let distance = self.distance[v];
-        let width = self.shelf_width(v, constants);
-        if distance < width {
-            let shelf = (width - constants.slope_width).max(f64::MIN_POSITIVE);
-            let out = ((width - distance) / shelf).min(1.0);
-            return constants.base_edge - constants.shelf_depth * out;
-        }
-        let inner = distance - width;
-        (constants.base_edge + constants.base_slope * inner).min(constants.base_highest)
-    }
-
-    /// Depth in m below the base level down to which the sea leaves stretched crust unfilled: the slope
-    /// that leads from the shelf to the foot of the crust.
-    fn slope(&self, v: usize, constants: &ErosionConstants) -> f64 {
-        let out = 1.0 - self.distance[v] / constants.slope_width;
-        if out > 0.0 {
-            constants.slope_depth * libm::pow(out, SLOPE_POWER)
-        } else {
-            0.0
-        }
-    }
-}
-
-/// Shape of the continental slope: on Earth it is steepest at its foot. 1 is a straight line.
-const SLOPE_POWER: f64 = 1.3;
 
 /// Height of continental crust in m above the reference level (Airy isostasy).
 pub(in crate::simulation) fn continental_height(
@@ -528,41 +439,6 @@ mod tests {
         // The two branches meet within 10 m at 20 My.
         assert!((sea_floor_depth(19.999) - sea_floor_depth(20.0)).abs() < 30.0);
         assert!(sea_floor_depth(70.0) > 5200.0 && sea_floor_depth(200.0) < 5660.0);
-    }
-
-    #[test]
-    fn base_levels_rise_inland_behind_a_shelf_and_a_slope() {
-        let constants = ErosionConstants {
-            base_edge: -10.0,
-            base_slope: 0.5,
-            base_highest: 650.0,
-            shelf_width: 500.0,
-            forearc_width: 300.0,
-            shelf_depth: 200.0,
-            slope_width: 100.0,
-            slope_depth: 3000.0,
-            ..default()
-        };
-        // Distance, passive, base level, slope: the shelf's 200 m are reached 400 or 200 km in front of
-        // its inner edge, 3000 · 0.5^1.3 = 1218.379.
-        let places = [
-            (0.0, true, -210.0, 3000.0),
-            (50.0, true, -210.0, 1218.379),
-            (100.0, true, -210.0, 0.0),
-            (300.0, true, -110.0, 0.0),
-            (500.0, true, -10.0, 0.0),
-            (1500.0, true, 490.0, 0.0),
-            (200.0, false, -110.0, 0.0),
-            (2000.0, false, 650.0, 0.0),
-        ];
-        let inland = Inland {
-            distance: places.map(|place| place.0).to_vec(),
-            passive: places.map(|place| place.1).to_vec(),
-        };
-        for (v, (_, _, base, slope)) in places.into_iter().enumerate() {
-            assert!((inland.base_level(v, &constants) - base).abs() < 1e-9);
-            assert!((inland.slope(v, &constants) - slope).abs() < 1e-3);
-        }
     }
 
     #[test]

@@ -20,6 +20,7 @@ use super::super::{
     sea::Sea,
     sub_plate::*,
     topology::{EdgeState, Topology},
+    workers::Workers,
 };
 use super::sea_floor_depth;
 use crate::mesh::{EdgePayload, SphereMesh};
@@ -83,6 +84,7 @@ fn growth(constants: &HotSpotConstants, pile_km: f64, depth: f64, fresh: f64) ->
 pub(in crate::simulation) fn feed_islands(
     recipe: Res<Recipe>,
     clock: Res<Clock>,
+    workers: Res<Workers>,
     topology: Res<Topology>,
     sea: Res<Sea>,
     mut ledger: ResMut<Ledger>,
@@ -110,17 +112,15 @@ pub(in crate::simulation) fn feed_islands(
     let constants = &recipe.constants.hot_spots;
     let radius = constants.radius.max(0.5 * recipe.spacing_km());
     let thickest = recipe.constants.collisions.thickest;
-    let mut marks = Marks::default();
-    for hot_spot in hot_spots {
+    let fed = workers.run(hot_spots.iter(), |hot_spot| {
+        let angle = REACH * radius / recipe.radius_km;
+        around(mesh, &mut Marks::default(), hot_spot.place, angle)
+    });
+    for (hot_spot, fed) in hot_spots.into_iter().zip(fed) {
         // A wider spot feeds a passing plate for longer: so chains are as high whatever the spacing.
         let most =
             hot_spot.flux / (core::f64::consts::TAU * constants.radius * radius) * clock.step_my;
-        for (v, distance) in around(
-            mesh,
-            &mut marks,
-            hot_spot.place,
-            REACH * radius / recipe.radius_km,
-        ) {
+        for (v, distance) in fed {
             let v = v as usize;
             let far = distance * recipe.radius_km / radius;
             let fresh = most * libm::exp(-0.5 * far * far);
@@ -184,7 +184,9 @@ pub(in crate::simulation) fn around<E: EdgePayload>(
     place: DVec3,
     angle: f64,
 ) -> Vec<(u32, f64)> {
-    let distance = |v: u32| 2.0 * libm::asin((0.5 * mesh.site(v).distance(place)).min(1.0));
+    let chord = |v: u32| mesh.site(v).distance(place);
+    let angle_of = |chord: f64| 2.0 * libm::asin((0.5 * chord).min(1.0));
+    let longest = 2.0 * libm::sin(0.5 * angle.clamp(0.0, core::f64::consts::PI));
     // A hint that is remembered would be hidden state: the nearest of some that lie everywhere.
     let near = |&v: &u32| mesh.site(v).distance_squared(place).to_bits();
     let every = (mesh.vertex_count() / SAMPLES).max(1);
@@ -192,16 +194,16 @@ pub(in crate::simulation) fn around<E: EdgePayload>(
         .step_by(every)
         .min_by_key(near);
     let nearest = mesh.nearest(place, hint.unwrap_or(0));
-    let mut found = vec![(nearest, distance(nearest))];
+    let mut found = vec![(nearest, angle_of(chord(nearest)))];
     marks.wipe(mesh.vertex_count());
     marks.mark(nearest);
     let mut next = 0;
     while let Some(&(v, _)) = found.get(next) {
         next += 1;
         for w in mesh.neighbours(v) {
-            let far = distance(w);
-            if far <= angle && marks.mark(w) {
-                found.push((w, far));
+            let far = chord(w);
+            if far <= longest && marks.mark(w) {
+                found.push((w, angle_of(far)));
             }
         }
     }

@@ -4,8 +4,10 @@ pub(super) mod apply_events;
 pub(super) mod apply_forces;
 pub(super) mod classify_boundaries;
 pub(super) mod create_crust;
+mod crushed_crust;
 pub(super) mod erode;
 pub(super) mod hot_spots;
+mod inland;
 #[path = "move.rs"]
 pub(super) mod motion;
 pub(super) mod refine;

@@ -80,6 +80,7 @@ pub(in crate::simulation) fn refine(
     let cells = shares_of_triangles(&workers, mesh, recipe.radius_km);
     let rows = cells.len();
     let mut newborn: Vec<PlateId> = Vec::new();
+    let mut born = Vec::new();
     let mut touched = vec![false; rows];
     let interior = |mesh: &SphereMesh<EdgeState>, v: u32| {
         mesh.neighbours(v)
@@ -147,7 +148,7 @@ pub(in crate::simulation) fn refine(
             w - n * n.dot(w)
         };
         newborn.push(plate[i]);
-        commands.spawn((
+        born.push((
             (
                 SubPlate,
                 Position(site.as_vec3()),
@@ -166,6 +167,7 @@ pub(in crate::simulation) fn refine(
             volcanism[i].mixed(shares[0], volcanism[j], shares[1]),
         ));
     }
+    commands.spawn_batch(born);
     let queue = edges_around(mesh, &changed);
     let flips = mesh
         .repair_locally(queue)

@@ -22,32 +22,30 @@ use super::{
         topology::{EdgeState, Topology},
         workers::Workers,
     },
+    crushed_crust::{Circle, Ground, circle_around, first_circle_cells, spread_volume},
     uplift::folded,
 };
 use crate::mesh::SphereMesh;
 use bevy::prelude::*;
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 
 /// Removals open new contacts; more sweeps than this never found any (study).
 const SWEEPS: usize = 4;
-/// A collision spreads at least over this many spacings.
-const SPREAD_SPACINGS: f64 = 2.2;
+/// Pieces in which circles are looked for: each has marks of its own.
+const CIRCLES: usize = 8;
+/// Sub-plates that they hold together at most.
+const MOST_HELD: f64 = 2e7;
 
 /// A continental sub-plate that has this much more of its neighbours on other plates than the one it meets
 /// is the one that goes.
 const JUTTING: f64 = 0.1;
 
-/// Columns that a collision reads and writes.
-pub(in crate::simulation) struct Ground<'a> {
-    pub plate: &'a mut [PlateId],
-    pub crust: &'a mut [Crust],
-    pub thickness: &'a mut [Thickness],
-    pub area: &'a mut [MaterialArea],
-    pub created: &'a mut [Created],
-    pub orogeny: &'a mut [Orogeny],
-    pub began: &'a mut [OrogenyBegan],
-    pub fold: &'a mut [FoldDirection],
-    pub marks: Marks,
+/// Marks that are kept from step to step: making them anew would cost as much as some sweeps do.
+#[derive(Default)]
+pub(in crate::simulation) struct Scratch {
+    walked: Marks,
+    watched: Marks,
+    touched: Marks,
 }
 
 type CollisionColumns = (
@@ -74,6 +72,7 @@ pub(in crate::simulation) fn resolve_collisions(
     mut ledger: ResMut<Ledger>,
     mut splits: ResMut<Splits>,
     mut unsettled: ResMut<Unsettled>,
+    mut scratch: Local<Scratch>,
     plates: Query<(Entity, &Plate, &Rotation, &PlateBorn)>,
     mut sub_plates: Query<CollisionColumns, With<SubPlate>>,
 ) -> Result<(), TectonicError> {
@@ -89,6 +88,11 @@ pub(in crate::simulation) fn resolve_collisions(
         mut began,
         mut fold,
     ) = sub_plates.columns(mesh.vertex_count())?;
+    let Scratch {
+        walked,
+        watched,
+        touched,
+    } = &mut *scratch;
     let mut ground = Ground {
         plate: plate.bypass_change_detection(),
         crust: crust.bypass_change_detection(),
@@ -98,7 +102,7 @@ pub(in crate::simulation) fn resolve_collisions(
         orogeny: orogeny.bypass_change_detection(),
         began: began.bypass_change_detection(),
         fold: fold.bypass_change_detection(),
-        marks: Marks::default(),
+        marks: walked,
     };
     let judge = Judge {
         recipe: &recipe,
@@ -118,12 +122,14 @@ pub(in crate::simulation) fn resolve_collisions(
     let mut gone: Vec<u32> = Vec::new();
     let mut cuts: Vec<[u32; 2]> = Vec::new();
     for _ in 0..SWEEPS {
-        let victims = judge.find_victims(mesh, &ground, &watch, &workers);
-        let mut touched = vec![false; mesh.vertex_count()];
+        let victims = judge.find_victims(mesh, &ground, &watch, [watched, touched], &workers);
+        let circles = circles(&recipe, mesh, &ground, &victims, &workers);
+        touched.wipe(mesh.vertex_count());
         let mut dirty: Vec<u32> = Vec::new();
-        for victim in victims {
+        for (victim, circle) in victims.into_iter().zip(circles) {
             let v = victim.vertex;
-            if touched[v as usize] || touched[victim.against as usize] || mesh.degree(v) <= 3 {
+            let is_near = touched.is_marked(v) || touched.is_marked(victim.against);
+            if is_near || mesh.degree(v) <= 3 {
                 continue;
             }
             let Some(h) = mesh.best_collapse(v, |_| true) else {
@@ -140,12 +146,13 @@ pub(in crate::simulation) fn resolve_collisions(
                 &mut ground,
                 &mut ledger,
                 victim,
+                circle,
                 clock.time_my,
                 clock.step_my,
             );
             mesh.collapse(h);
             for w in ring {
-                touched[w as usize] = true;
+                touched.mark(w);
                 dirty.push(w);
             }
             gone.push(v);
@@ -323,11 +330,11 @@ impl Judge<'_> {
         mesh: &SphereMesh<EdgeState>,
         ground: &Ground,
         watch: &[u32],
+        [watched, seen]: [&mut Marks; 2],
         workers: &Workers,
     ) -> Vec<Victim> {
         let constants = &self.recipe.constants.collisions;
         let radius = self.recipe.radius_km;
-        let mut watched = Marks::default();
         watched.wipe(mesh.vertex_count());
         for &v in watch {
             watched.mark(v);
@@ -396,8 +403,8 @@ impl Judge<'_> {
                 .then(a.1.vertex.cmp(&b.1.vertex))
                 .then(a.1.against.cmp(&b.1.against))
         });
-        let mut seen = vec![false; mesh.vertex_count()];
-        victims.retain(|(_, victim)| !core::mem::replace(&mut seen[victim.vertex as usize], true));
+        seen.wipe(mesh.vertex_count());
+        victims.retain(|(_, victim)| seen.mark(victim.vertex));
         victims.into_iter().map(|(_, victim)| victim).collect()
     }
 
@@ -408,6 +415,7 @@ impl Judge<'_> {
         ground: &mut Ground,
         ledger: &mut Ledger,
         victim: Victim,
+        mut circle: Circle,
         now: f64,
         step: f64,
     ) {
@@ -425,7 +433,12 @@ impl Judge<'_> {
             - self.plates.rotation(ground.plate[v]))
         .cross(mesh.site(victim.vertex))
             * self.recipe.radius_km;
-        for w in spread_volume(self.recipe, mesh, ground, ledger, victim.vertex, volume) {
+        let from = victim.vertex;
+        // What the crust of an earlier victim has made a continent has none yet.
+        if circle.is_empty() {
+            circle = circle_around(self.recipe, mesh, ground.marks, from);
+        }
+        for w in spread_volume(self.recipe, mesh, ground, ledger, from, circle, volume) {
             ground.orogeny[w] = Orogeny::Himalayan;
             ground.began[w].0 = now as f32;
             ground.fold[w].0 = folded(ground.fold[w].0, slip, mesh.site(w as u32), step.max(1.0));
@@ -433,138 +446,27 @@ impl Judge<'_> {
     }
 }
 
-/// Crushed crust that a cell takes, as a share of the mean, beyond which it is part of the mountain belt.
-const TAKES_MUCH: f64 = 0.2;
-/// By how much each circle that crushed crust spreads over is wider than the one before.
-const WIDER: f64 = 1.6;
-
-/// Hands a volume of continental crust to the continent around a vertex, more where there is room;
-/// what fits nowhere is pushed onto the nearest sea floor. Returns the cells that took most.
-pub(in crate::simulation) fn spread_volume(
+/// The first circles around those victims that are continental; none around others, nor where all of them would be
+/// too much to hold. What leaves the mesh meanwhile is no continent any more.
+fn circles(
     recipe: &Recipe,
     mesh: &SphereMesh<EdgeState>,
-    ground: &mut Ground,
-    ledger: &mut Ledger,
-    from: u32,
-    volume: f64,
-) -> Vec<usize> {
-    let constants = &recipe.constants.collisions;
-    let origin = mesh.site(from);
-    let mut left = volume;
-    let mut raised = Vec::new();
-    // Rock per area, in km, were it spread evenly over the first circle that takes any.
-    let mut mean = None;
-    let mut reach = constants.spread.max(SPREAD_SPACINGS * recipe.spacing_km());
-    for _ in 0..3 {
-        let mut takers: Vec<(usize, f64, f64)> = Vec::new();
-        let mut capacity = 0.0;
-        for v in disc(mesh, &mut ground.marks, from, reach / recipe.radius_km) {
-            let v = v as usize;
-            if !ground.crust[v].is_continental() {
-                continue;
+    ground: &Ground,
+    victims: &[Victim],
+    workers: &Workers,
+) -> Vec<Circle> {
+    let is_much = victims.len() as f64 * first_circle_cells(recipe) > MOST_HELD;
+    let parts = victims.chunks(victims.len().div_ceil(CIRCLES).max(1));
+    let found = workers.run(parts, |victims| {
+        let mut marks = Marks::default();
+        let around = |victim: &Victim| {
+            if ground.crust[victim.vertex as usize].is_continental() && !is_much {
+                circle_around(recipe, mesh, &mut marks, victim.vertex)
+            } else {
+                Vec::new()
             }
-            let room = constants.thickest - ground.thickness[v].0;
-            if room <= 0.0 {
-                continue;
-            }
-            let near = origin.distance(mesh.site(v as u32)) * recipe.radius_km / reach;
-            let fade = 1.0 - near * near;
-            let weight = fade * fade * room.min(constants.room) * ground.area[v].0;
-            takers.push((v, weight, room * ground.area[v].0));
-            capacity += room * ground.area[v].0;
-        }
-        if takers.is_empty() {
-            reach *= WIDER;
-            continue;
-        }
-        let whole: f64 = takers.iter().map(|taker| taker.1).sum();
-        let ground_of = |taker: &(usize, f64, f64)| ground.area[taker.0].0;
-        let mean = *mean.get_or_insert_with(|| volume / takers.iter().map(ground_of).sum::<f64>());
-        // A crowded place passes half of its load on to a wider circle.
-        let load = left.min(0.5 * capacity);
-        if whole > 0.0 && load > 0.0 {
-            let mut given = 0.0;
-            for &(v, weight, room) in &takers {
-                let part = (load * weight / whole).min(room);
-                ground.thickness[v].0 += part / ground.area[v].0;
-                given += part;
-                if part > TAKES_MUCH * mean * ground.area[v].0 {
-                    raised.push(v);
-                }
-            }
-            left -= given;
-        }
-        if left <= 1e-9 * volume {
-            break;
-        }
-        reach *= WIDER;
-    }
-    if left > 0.0 {
-        obduct(recipe, mesh, ground, ledger, from, left);
-    }
-    raised.sort_unstable();
-    raised.dedup();
-    raised
-}
-
-/// Pushes a volume onto the nearest sea floor, which becomes continent.
-fn obduct(
-    recipe: &Recipe,
-    mesh: &SphereMesh<EdgeState>,
-    ground: &mut Ground,
-    ledger: &mut Ledger,
-    from: u32,
-    mut volume: f64,
-) {
-    let target = recipe.constants.collisions.obduction_thickness;
-    let mut last = None;
-    for v in disc(mesh, &mut ground.marks, from, core::f64::consts::PI) {
-        if v == from {
-            continue;
-        }
-        let v = v as usize;
-        if ground.crust[v].is_continental() {
-            last = last.or(Some(v));
-            continue;
-        }
-        let fits = (target - ground.thickness[v].0).max(1.0) * ground.area[v].0;
-        if volume < 0.25 * fits && last.is_some() {
-            break;
-        }
-        // The sea floor beneath becomes part of the continent.
-        ledger.buried_floor_km3 += ground.thickness[v].0 * ground.area[v].0;
-        let part = volume.min(fits);
-        ground.crust[v] = Crust::Continental;
-        ground.thickness[v].0 += part / ground.area[v].0;
-        volume -= part;
-        last = Some(v);
-        if volume <= 0.0 {
-            return;
-        }
-    }
-    if let Some(v) = last {
-        ground.thickness[v].0 += volume / ground.area[v].0;
-    }
-}
-
-/// Vertices within a chord of a vertex, itself included, ring by ring over the mesh.
-fn disc<'a>(
-    mesh: &'a SphereMesh<EdgeState>,
-    marks: &'a mut Marks,
-    from: u32,
-    chord: f64,
-) -> impl Iterator<Item = u32> + 'a {
-    let origin = mesh.site(from);
-    marks.wipe(mesh.vertex_count());
-    marks.mark(from);
-    let mut queue = VecDeque::from([from]);
-    core::iter::from_fn(move || {
-        let v = queue.pop_front()?;
-        for w in mesh.neighbours(v) {
-            if mesh.site(w).distance_squared(origin) < chord * chord && marks.mark(w) {
-                queue.push_back(w);
-            }
-        }
-        Some(v)
-    })
+        };
+        victims.iter().map(around).collect::<Vec<_>>()
+    });
+    found.into_iter().flatten().collect()
 }

@@ -147,7 +147,8 @@ pub(in crate::simulation) fn bend_margins(
         for (edge, rest) in bent.cross_rests {
             mesh.payload_mut(edge).cross_rest = rest;
         }
-        for ((&v, new), strain) in margin.vertices.iter().zip(bent.deviation).zip(bent.strain) {
+        let bent = bent.deviation.into_iter().zip(bent.strain);
+        for (place, (&v, (new, strain))) in margin.vertices.iter().zip(bent).enumerate() {
             let v = v as usize;
             deviation[v] = new;
             // Volume = thickness × area stays, to within rounding, which is booked.
@@ -167,7 +168,7 @@ pub(in crate::simulation) fn bend_margins(
             if is_pressed && (orogeny[v] == Orogeny::None || since > NOTED) {
                 let site = mesh.site(v as u32);
                 if orogeny[v] == Orogeny::None {
-                    let Some(front) = margin.nearest_push(mesh, site) else {
+                    let Some(front) = margin.pushed_by(place) else {
                         continue;
                     };
                     orogeny[v] = if colliding.contains(&front) {

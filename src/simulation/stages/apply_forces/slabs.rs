@@ -8,6 +8,7 @@ use super::super::super::{
     recipe::Recipe,
     sub_plate::{Slab, SubPlate},
     topology::Topology,
+    workers::{CHUNK, Workers},
 };
 use bevy::prelude::*;
 
@@ -19,6 +20,7 @@ const FIRST_SLAB: f32 = 400.0;
 pub(in crate::simulation) fn grow_slabs(
     recipe: Res<Recipe>,
     clock: Res<Clock>,
+    workers: Res<Workers>,
     boundaries: Res<Boundaries>,
     topology: Res<Topology>,
     mut sub_plates: Query<&mut Slab, With<SubPlate>>,
@@ -27,9 +29,11 @@ pub(in crate::simulation) fn grow_slabs(
     let slab = slab.bypass_change_detection();
     let constants = &recipe.constants.motion;
     let kept = libm::exp(-clock.step_my / constants.slab_decay) as f32;
-    for slab in slab.iter_mut().filter(|slab| slab.0 > 0.0) {
-        slab.0 = if slab.0 < 0.1 { 0.0 } else { slab.0 * kept };
-    }
+    workers.run(slab.chunks_mut(CHUNK), |slabs| {
+        for slab in slabs.iter_mut().filter(|slab| slab.0 > 0.0) {
+            slab.0 = if slab.0 < 0.1 { 0.0 } else { slab.0 * kept };
+        }
+    });
     // Several edges meet at a front's vertex: the fastest feeds its slab.
     let mut fed: Vec<(u32, f64)> = boundaries
         .fronts

@@ -99,6 +99,8 @@ pub(super) struct Margin {
     pub vertices: Vec<u32>,
     /// Edges between each vertex and the nearest push.
     ring: Vec<u32>,
+    /// The vertex that is pushed there; [`NONE`] behind the margin.
+    pushed: Vec<u32>,
 }
 
 /// What bending does to a margin.
@@ -136,29 +138,31 @@ impl Margin {
             .round()
             .max(1.0) as u32;
         // Rings first, places once the vertices are in order.
-        let mut vertices: Vec<u32> = pushes.iter().map(|(v, _)| *v).collect();
-        for &v in &vertices {
+        let mut found: Vec<(u32, u32)> = pushes.iter().map(|(v, _)| (*v, *v)).collect();
+        for &(v, _) in &found {
             places.set(v, 0);
         }
-        let mut ring = 0..vertices.len();
+        let mut ring = 0..found.len();
         for distance in 1..=rings {
             for i in ring.clone() {
-                for w in ground.mesh.neighbours(vertices[i]) {
+                let (v, pushed) = found[i];
+                for w in ground.mesh.neighbours(v) {
                     if ground.plate[w as usize] == plate && places.get(w) == NONE {
                         places.set(w, distance);
-                        vertices.push(w);
+                        found.push((w, pushed));
                     }
                 }
             }
-            ring = ring.end..vertices.len();
+            ring = ring.end..found.len();
         }
         for &v in moving {
             if places.get(v) == NONE {
                 places.set(v, FAR);
-                vertices.push(v);
+                found.push((v, NONE));
             }
         }
-        vertices.sort_unstable();
+        found.sort_unstable();
+        let (vertices, pushed): (Vec<u32>, Vec<u32>) = found.into_iter().unzip();
         let ring = vertices.iter().map(|&v| places.get(v)).collect();
         for (&v, place) in vertices.iter().zip(0..) {
             places.set(v, place);
@@ -168,14 +172,13 @@ impl Margin {
             pushes,
             vertices,
             ring,
+            pushed,
         }
     }
 
-    /// The vertex that is pushed nearest to a place.
-    pub(super) fn nearest_push(&self, mesh: &SphereMesh<EdgeState>, site: DVec3) -> Option<u32> {
-        let nearness = |v: u32| mesh.site(v).dot(site);
-        let vertices = self.pushes.iter().map(|(v, _)| *v);
-        vertices.max_by(|&a, &b| nearness(a).total_cmp(&nearness(b)))
+    /// The vertex whose push reaches the one at this place first; none behind the margin.
+    pub(super) fn pushed_by(&self, place: usize) -> Option<u32> {
+        Some(self.pushed[place]).filter(|&v| v != NONE)
     }
 
     /// Where the margin goes, and what that does to it.

@@ -6,7 +6,7 @@
 //! `Σ c a (I − r rᵀ) ωᵢ + Σ η l q qᵀ (ωᵢ − ωⱼ) = (1/R) (Σ r × F + Σ c a r × u)`,
 //!
 //! u the flow of the mantle under continents ([`mantle`](super::mantle)), the first sum over the sub-plates of plate i (drag c, area a), the second over its fronts
-//! (viscosity η, length l; `q = r × n` for motion across the front and `r × t` along it). It is
+//! (viscosity η, length l, scaled to a mesh of 226 km; `q = r × n` for motion across the front and `r × t` along it). It is
 //! symmetric and positive definite, and solved by Cholesky's method. Treating the fronts' friction
 //! implicitly is what keeps collisions from ringing.
 
@@ -21,7 +21,7 @@ use super::{
         stages::Mantle,
         sub_plate::{Created, Crust, MaterialArea, PlateId, Slab, SubPlate},
         topology::Topology,
-        workers::Workers,
+        workers::{FEW, Workers},
     },
     drag::Drag,
 };
@@ -38,6 +38,12 @@ const RIDGE_FULL: f64 = 5.0;
 const COLLISION_FIRST: f64 = 0.15;
 /// Largest growth of the resistance of a collision.
 const COLLISION_MOST: f64 = 3.0;
+
+/// Spacing in km of the mesh for which resistances per length are stated.
+const STATED_SPACING: f64 = 226.0;
+/// Boundaries are rough at every scale: the finer the mesh the longer they are, by this power of its spacing
+/// (192,000 km at 226 km, 229,000 km at 56, means of twenty and of ten planets), though what parts there is the same.
+const ROUGHNESS: f64 = 0.126;
 
 /// Turns the plates towards the rotations that balance all torques.
 pub(in crate::simulation) fn balance_torques(
@@ -77,53 +83,24 @@ pub(in crate::simulation) fn balance_torques(
     }
     // What rifts ask for, where they are about to be drawn.
     let told = clock.reorganisation.due().is_some();
-    let mut holds = Vec::new();
-    // Fronts that follow each other mostly part the same plates.
-    for run in (boundaries.fronts).chunk_by(|a, b| a.plates == b.plates) {
-        let [first, second] = run[0].plates;
-        let (Some(i), Some(j)) = (table.row(first), table.row(second)) else {
-            continue;
+    let smooth = libm::pow(recipe.spacing_km() / STATED_SPACING, ROUGHNESS);
+    let borne = workers.run(boundaries.fronts.chunks(FEW), |fronts| {
+        // Fronts that follow each other mostly part the same plates.
+        let runs = fronts.chunk_by(|a, b| a.plates == b.plates);
+        let bear = |run| {
+            bear(
+                run, &recipe, &clock, &table, &contacts, created, slab, smooth, told,
+            )
         };
-        let contact = contacts.get(first, second);
-        let rift = contact.and_then(|contact| contact.rift);
-        let mut coupling = DMat3::ZERO;
-        for front in run {
-            let held = rift.is_some_and(|rift| rift.holds(front, clock.time_my, &recipe));
-            let driven = if held {
-                [DrivingTorque::default(); 2]
-            } else {
-                drive(front, &recipe, &clock, contact, created, slab)
-            };
-            torques[i] += driven[0];
-            torques[j] += driven[1];
-            let along = front.midpoint.cross(front.direction);
-            let sliding = if held {
-                constants.untorn
-            } else {
-                constants.friction
-            };
-            let sliding = (front.midpoint.cross(along), sliding * front.length);
-            let across = if held {
-                constants.untorn
-            } else if front.opening >= 0.0 {
-                0.0
-            } else if front.continental {
-                let depth = contact.map_or(0.0, |contact| {
-                    contact.interpenetration / constants.collision_length
-                });
-                constants.collision * (COLLISION_FIRST + depth.min(COLLISION_MOST))
-            } else {
-                constants.friction
-            };
-            let across = (along, across * front.length);
-            for (q, strength) in [sliding, across] {
-                coupling += DMat3::from_cols(q * q.x, q * q.y, q * q.z) * strength;
-            }
-            if told {
-                holds.push((front, [i, j], driven, [sliding, across]));
-            }
-        }
-        system.couple(i, j, coupling);
+        runs.filter_map(bear).collect::<Vec<Borne>>()
+    });
+    let mut holds = Vec::new();
+    for borne in borne.into_iter().flatten() {
+        let [i, j] = borne.rows;
+        torques[i] += borne.driven[0];
+        torques[j] += borne.driven[1];
+        system.couple(i, j, borne.coupling);
+        holds.extend(borne.holds);
     }
     for (i, torque) in torques.iter().enumerate() {
         system.load(i, torque.sum() / recipe.radius_km);
@@ -133,9 +110,15 @@ pub(in crate::simulation) fn balance_torques(
     })?;
 
     forces.0.clear();
-    for (front, rows, driven, couples) in holds {
+    for Hold {
+        front,
+        rows,
+        driven,
+        resisting,
+    } in holds
+    {
         let turn = target[rows[0]] - target[rows[1]];
-        let resisted: DVec3 = couples
+        let resisted: DVec3 = resisting
             .map(|(q, strength)| q * (strength * q.dot(turn)))
             .iter()
             .sum();
@@ -156,6 +139,93 @@ pub(in crate::simulation) fn balance_torques(
         }
     }
     Ok(())
+}
+
+/// What fronts that part the same two plates do to them.
+struct Borne {
+    rows: [usize; 2],
+    driven: [DrivingTorque; 2],
+    /// Resistance to the plates' turning against each other.
+    coupling: DMat3,
+    holds: Vec<Hold>,
+}
+
+/// The forces at one front.
+struct Hold {
+    front: Front,
+    rows: [usize; 2],
+    driven: [DrivingTorque; 2],
+    /// Directions about which it resists, and how strongly.
+    resisting: [(DVec3, f64); 2],
+}
+
+/// Sums what fronts between two plates do to them, their lengths times `smooth`; none where a plate is gone. Keeps
+/// each where it is `told`.
+fn bear(
+    run: &[Front],
+    recipe: &Recipe,
+    clock: &Clock,
+    table: &PlateTable,
+    contacts: &Contacts,
+    created: &[Created],
+    slab: &[Slab],
+    smooth: f64,
+    told: bool,
+) -> Option<Borne> {
+    let constants = &recipe.constants.motion;
+    let [first, second] = run[0].plates;
+    let rows = [table.row(first)?, table.row(second)?];
+    let contact = contacts.get(first, second);
+    let rift = contact.and_then(|contact| contact.rift);
+    let mut borne = Borne {
+        rows,
+        driven: [DrivingTorque::default(); 2],
+        coupling: DMat3::ZERO,
+        holds: Vec::new(),
+    };
+    for front in run {
+        let length = front.length * smooth;
+        let held = rift.is_some_and(|rift| rift.holds(front, clock.time_my, recipe));
+        let driven = if held {
+            [DrivingTorque::default(); 2]
+        } else {
+            drive(front, recipe, clock, contact, created, slab)
+        };
+        borne.driven[0] += driven[0];
+        borne.driven[1] += driven[1];
+        let along = front.midpoint.cross(front.direction);
+        let sliding = if held {
+            constants.untorn
+        } else {
+            constants.friction
+        };
+        let sliding = (front.midpoint.cross(along), sliding * length);
+        let across = if held {
+            constants.untorn
+        } else if front.opening >= 0.0 {
+            0.0
+        } else if front.continental {
+            let depth = contact.map_or(0.0, |contact| {
+                contact.interpenetration / constants.collision_length
+            });
+            constants.collision * (COLLISION_FIRST + depth.min(COLLISION_MOST))
+        } else {
+            constants.friction
+        };
+        let across = (along, across * length);
+        for (q, strength) in [sliding, across] {
+            borne.coupling += DMat3::from_cols(q * q.x, q * q.y, q * q.z) * strength;
+        }
+        if told {
+            borne.holds.push(Hold {
+                front: *front,
+                rows,
+                driven,
+                resisting: [sliding, across],
+            });
+        }
+    }
+    Some(borne)
 }
 
 /// Torques of the driving forces of one front on its two plates.

@@ -51,7 +51,7 @@ pub(in crate::simulation) fn classify_boundaries(
         }
     });
     contacts.carry_rifts(&plates, clock.step_my);
-    remember_contacts(&fronts, &clock, &recipe, &mut contacts);
+    remember_contacts(&workers, &fronts, &clock, &recipe, &mut contacts);
     polarity::settle(
         &workers,
         mesh,
@@ -62,15 +62,24 @@ pub(in crate::simulation) fn classify_boundaries(
         &recipe,
         &mut contacts,
     );
-    boundaries.list_polarity(&fronts, crust);
-    let kinds = workers.run(fronts.chunks(FEW), |fronts| {
-        let kind = |front: &Front| classify(mesh.payload(front.edge).kind, front, constants);
-        fronts.iter().map(kind).collect::<Vec<BoundaryKind>>()
+    boundaries.list_polarity(&workers, &fronts, crust);
+    let found = workers.run(fronts.chunks(FEW), |fronts| {
+        let mut kinds = Vec::with_capacity(fronts.len());
+        let mut cross_kinds = Vec::with_capacity(5 * fronts.len());
+        for front in fronts {
+            let kind = classify(mesh.payload(front.edge).kind, front, constants);
+            kinds.push(kind);
+            cross_kinds.extend(cross_edges(mesh, plate, front.edge, kind));
+        }
+        (kinds, cross_kinds)
     });
+    let (kinds, cross_kinds): (Vec<_>, Vec<_>) = found.into_iter().unzip();
     for (front, kind) in fronts.iter().zip(kinds.into_iter().flatten()) {
         mesh.payload_mut(front.edge).kind = kind;
     }
-    classify_cross_edges(mesh, plate, &fronts);
+    for (edge, kind) in cross_kinds.into_iter().flatten() {
+        mesh.payload_mut(edge).cross_kind = kind;
+    }
     boundaries.fronts = fronts;
     Ok(())
 }
@@ -179,7 +188,13 @@ pub(in crate::simulation) fn smooth_strikes(
 }
 
 /// Brings what each pair of plates remembers up to date.
-fn remember_contacts(fronts: &[Front], clock: &Clock, recipe: &Recipe, contacts: &mut Contacts) {
+fn remember_contacts(
+    workers: &Workers,
+    fronts: &[Front],
+    clock: &Clock,
+    recipe: &Recipe,
+    contacts: &mut Contacts,
+) {
     #[derive(Default)]
     struct Sum {
         length: f64,
@@ -187,12 +202,10 @@ fn remember_contacts(fronts: &[Front], clock: &Clock, recipe: &Recipe, contacts:
         closing: f64,
         untorn: f64,
     }
-    let mut sums: BTreeMap<(PlateId, PlateId), Sum> = BTreeMap::new();
-    // Fronts that follow each other mostly part the same plates.
-    for run in fronts.chunk_by(|a, b| a.plates == b.plates) {
+    let sum = |run: &[Front]| {
         let key = Contacts::key(run[0].plates[0], run[0].plates[1]);
-        let sum = sums.entry(key).or_default();
         let rift = contacts.0.get(&key).and_then(|contact| contact.rift);
+        let mut sum = Sum::default();
         for front in run {
             sum.length += front.length;
             if rift.is_some_and(|rift| rift.holds(front, clock.time_my, recipe)) {
@@ -203,6 +216,20 @@ fn remember_contacts(fronts: &[Front], clock: &Clock, recipe: &Recipe, contacts:
                 sum.closing += front.length * (-front.opening).max(0.0);
             }
         }
+        (key, sum)
+    };
+    let parts = workers.run(fronts.chunks(FEW), |fronts| {
+        // Fronts that follow each other mostly part the same plates.
+        let runs = fronts.chunk_by(|a, b| a.plates == b.plates);
+        runs.map(sum).collect::<Vec<_>>()
+    });
+    let mut sums: BTreeMap<(PlateId, PlateId), Sum> = BTreeMap::new();
+    for (key, part) in parts.into_iter().flatten() {
+        let sum = sums.entry(key).or_default();
+        sum.length += part.length;
+        sum.continental += part.continental;
+        sum.closing += part.closing;
+        sum.untorn += part.untorn;
     }
     for (key, sum) in sums {
         let contact = contacts.0.entry(key).or_default();
@@ -246,21 +273,26 @@ fn classify(before: BoundaryKind, front: &Front, constants: &BoundaryConstants) 
     }
 }
 
-/// A cross edge that leaves its plate takes the kind of the front it crosses.
-fn classify_cross_edges(mesh: &mut SphereMesh<EdgeState>, plate: &[PlateId], fronts: &[Front]) {
-    for front in fronts {
-        let kind = mesh.payload(front.edge).kind;
-        for h in [2 * front.edge, 2 * front.edge + 1] {
-            // The triangle's other two edges cross the same front with their cross edges.
-            for side in [mesh.next(h), mesh.prev(h)] {
-                let across = [mesh.apex(side), mesh.apex(mesh.twin(side))];
-                let joined = plate[across[0] as usize] == plate[across[1] as usize];
-                mesh.payload_mut(side / 2).cross_kind =
-                    if joined { BoundaryKind::Joined } else { kind };
-            }
-        }
-        let across = [mesh.apex(2 * front.edge), mesh.apex(2 * front.edge + 1)];
+/// The cross edges over a front and over the other edges of its triangles: one that leaves its plate takes the
+/// kind of the front.
+fn cross_edges(
+    mesh: &SphereMesh<EdgeState>,
+    plate: &[PlateId],
+    edge: u32,
+    kind: BoundaryKind,
+) -> [(u32, BoundaryKind); 5] {
+    let [h, twin] = [2 * edge, 2 * edge + 1];
+    let sides = [
+        mesh.next(h),
+        mesh.prev(h),
+        mesh.next(twin),
+        mesh.prev(twin),
+        h,
+    ];
+    sides.map(|side| {
+        let across = [mesh.apex(side), mesh.apex(mesh.twin(side))];
         let joined = plate[across[0] as usize] == plate[across[1] as usize];
-        mesh.payload_mut(front.edge).cross_kind = if joined { BoundaryKind::Joined } else { kind };
-    }
+        let kind = if joined { BoundaryKind::Joined } else { kind };
+        (side / 2, kind)
+    })
 }

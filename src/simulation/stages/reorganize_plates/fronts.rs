@@ -13,7 +13,7 @@ use super::{
             topology::{EdgeState, Topology},
             workers::Workers,
         },
-        resolve_collisions::{Ground, spread_volume},
+        crushed_crust::{Ground, circle_around, spread_volume},
     },
     Carried, Splits, leave_plate,
 };
@@ -66,7 +66,7 @@ pub(in crate::simulation) fn smooth_fronts(
         orogeny: orogeny.bypass_change_detection(),
         began: began.bypass_change_detection(),
         fold: fold.bypass_change_detection(),
-        marks: Marks::default(),
+        marks: &mut Marks::default(),
     };
     let majority = recipe.constants.plates.majority;
     let mut cuts: Vec<[u32; 2]> = Vec::new();
@@ -89,7 +89,17 @@ pub(in crate::simulation) fn smooth_fronts(
             ground.crust[v] = Crust::Oceanic;
             ground.orogeny[v] = Orogeny::None;
             ground.thickness[v].0 = recipe.constants.ridges.oceanic_thickness;
-            spread_volume(&recipe, mesh, &mut ground, &mut ledger, v as u32, volume);
+            let from = v as u32;
+            let circle = circle_around(&recipe, mesh, ground.marks, from);
+            spread_volume(
+                &recipe,
+                mesh,
+                &mut ground,
+                &mut ledger,
+                from,
+                circle,
+                volume,
+            );
             let (sum, n) = mesh
                 .neighbours(v as u32)
                 .map(|w| w as usize)
