@@ -3,12 +3,13 @@
 //! `cargo run --release --example flyover`
 //!
 //! `-- --record frames` writes numbered pictures in place of opening a window, `-- --measure` flies off screen as fast
-//! as it can and says what frames cost.
+//! as it can and says what frames cost. With `--bevy-air` the air is Bevy's.
 
 use bevy::{
     app::{PluginsState, TaskPoolOptions, TaskPoolPlugin, TaskPoolThreadAssignmentPolicy},
     camera::RenderTarget,
     math::DVec3,
+    pbr::{AtmosphereMode, AtmosphereSettings},
     prelude::*,
     render::{
         pipelined_rendering::PipelinedRenderingPlugin,
@@ -22,7 +23,7 @@ use bevy::{
 use bevy_tectonics::{
     planet::to_scene,
     prelude::*,
-    render::{Drawn, PlanetTiles, TilesDrawn, Viewpoint},
+    render::{Drawn, PlanetAtmosphere, PlanetTiles, TilesDrawn, Viewpoint},
     simulation::Orogeny,
     surface::{Terrain, east_north},
 };
@@ -71,6 +72,9 @@ struct Arguments {
     /// Height of the pictures in pixels.
     #[arg(long, default_value_t = 1080)]
     height: u32,
+    /// Has Bevy's atmosphere drawn in place of the planet's own air.
+    #[arg(long)]
+    bevy_air: bool,
     /// A folder for numbered pictures.
     #[arg(long)]
     record: Option<PathBuf>,
@@ -152,6 +156,14 @@ fn setup(mut commands: Commands, arguments: Res<Arguments>, canvas: Option<Res<C
     let mut camera = commands.spawn((Camera3d::default(), Viewpoint { planet, place_m }));
     if let Some(canvas) = canvas {
         camera.insert(RenderTarget::from(canvas.0.clone()));
+    }
+    if arguments.bevy_air {
+        camera.insert(AtmosphereSettings {
+            rendering_method: AtmosphereMode::Raymarched,
+            sky_max_samples: 32,
+            ..default()
+        });
+        commands.entity(planet).insert(PlanetAtmosphere::default());
     }
     commands.spawn(DirectionalLight::default());
 }

@@ -2,6 +2,7 @@
 //!
 //! `cargo run --release --example portrait -- --seed 11 --duration 150 --out portrait.png`
 //! `cargo run --release --example portrait -- --altitude 3000 --heading 90 --pitch -5`
+//! `cargo run --release --example portrait -- --bevy-air`, or any of these with it: the air is Bevy's
 
 #[expect(dead_code, reason = "each uses a part of it")]
 #[path = "../tests/studio/mod.rs"]
@@ -31,6 +32,9 @@ struct Arguments {
     /// Draws stars.
     #[arg(long)]
     stars: bool,
+    /// Has Bevy's atmosphere drawn in place of the planet's own air.
+    #[arg(long)]
+    bevy_air: bool,
     /// Number of sub-plates, 200 to 2,000,000.
     #[arg(long, default_value_t = 10_000)]
     sub_plates: u32,
@@ -158,6 +162,9 @@ fn portray(arguments: &Arguments) -> Result<(), String> {
     }
     if arguments.stars {
         studio.dress((), Stars::default());
+    }
+    if arguments.bevy_air {
+        studio.bevy_air();
     }
     studio.pose(Pose {
         latitude: arguments.latitude,

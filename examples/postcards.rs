@@ -37,6 +37,9 @@ struct Arguments {
     /// Height of the pictures in pixels.
     #[arg(long, default_value_t = 720)]
     height: u32,
+    /// Has Bevy's atmosphere drawn in place of the planet's own air.
+    #[arg(long)]
+    bevy_air: bool,
     /// One picture alone, by its number.
     #[arg(long)]
     only: Option<usize>,
@@ -158,6 +161,9 @@ fn draw(arguments: &Arguments) -> Result<(), String> {
     let mut studio =
         Studio::new(width, height, planet).ok_or("there is no graphics adapter to draw with")?;
     studio.settings(PlanetRenderSettings { face: 1024 });
+    if arguments.bevy_air {
+        studio.bevy_air();
+    }
     let surface = studio.surface()?;
     for (number, card) in (1..).zip(cards()) {
         if arguments.only.is_some_and(|only| only != number) {

@@ -9,6 +9,7 @@ use bevy::prelude::*;
 /// The air of a planet as it is seen from close by: the blue of its sky, the haze before its mountains. From afar,
 /// where Earth's true air would be a line too thin to see, it reaches several times higher, as a thinner rim of the
 /// same colour. The default is Earth's air; planets without this component have it too.
+/// [`PlanetAtmosphere`](super::PlanetAtmosphere) has Bevy draw it.
 #[derive(Component, Debug, Clone, Copy, PartialEq, Reflect)]
 #[reflect(Component, Default)]
 pub struct PlanetAir {

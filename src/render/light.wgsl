@@ -4,6 +4,7 @@
     mesh_view_bindings::{view, lights},
     pbr_types::PbrInput,
 }
+#import bevy_tectonics::bevy_air
 #ifdef PLANET_SHADOWS
 #import bevy_pbr::{
     mesh_types::MESH_FLAGS_SHADOW_RECEIVER_BIT,
@@ -56,7 +57,9 @@ fn lit(in: PbrInput, wet: f32) -> vec3<f32> {
             );
         }
 #endif
-        color += lights.directional_lights[i].color.rgb * (height * shadow) * share;
+        let size = lights.directional_lights[i].sun_disk_angular_size;
+        let arriving = bevy_air::passes(in.world_position.xyz, to_light, size);
+        color += lights.directional_lights[i].color.rgb * arriving * (height * shadow) * share;
     }
     return color;
 }

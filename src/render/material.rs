@@ -16,6 +16,7 @@ use bevy::{
 
 pub(super) fn plugin(app: &mut App) {
     load_shader_library!(app, "air.wgsl");
+    load_shader_library!(app, "bevy_air.wgsl");
     load_shader_library!(app, "detail.wgsl");
     load_shader_library!(app, "light.wgsl");
     load_shader_library!(app, "ground.wgsl");

@@ -19,6 +19,7 @@
 
 mod air;
 mod arrows;
+mod atmosphere;
 mod bake;
 mod blend;
 mod boundaries;
@@ -45,6 +46,7 @@ mod walk;
 use crate::planet::{Planet, PlanetSurface, PlanetView};
 use crate::surface::Overlay;
 pub use air::PlanetAir;
+pub use atmosphere::PlanetAtmosphere;
 use bevy::{
     asset::AssetEventSystems,
     camera::{
@@ -126,6 +128,7 @@ impl Plugin for PlanetRenderPlugin {
     fn build(&self, app: &mut App) {
         app.register_type::<Drawn>()
             .register_type::<PlanetAir>()
+            .register_type::<PlanetAtmosphere>()
             .register_type::<PlanetClouds>()
             .register_type::<PlanetPalette>()
             .register_type::<PlanetRenderSettings>()
@@ -141,6 +144,7 @@ impl Plugin for PlanetRenderPlugin {
             clouds::plugin,
             stars::plugin,
             suns::plugin,
+            atmosphere::plugin,
             upload::plugin,
             lines::plugin,
         ));

@@ -20,7 +20,7 @@ fn fragment(in: tile::Point) -> @location(0) vec4<f32> {
     pbr_types,
     pbr_functions,
 }
-#import bevy_tectonics::{air, detail, ground, light}
+#import bevy_tectonics::{air, bevy_air, detail, ground, light}
 
 struct Vertex {
     @builtin(instance_index) instance_index: u32,
@@ -134,9 +134,9 @@ fn fragment(in: Point) -> @location(0) vec4<f32> {
     pbr_input.material.reflectance = vec3(mix(0.1, 0.36, saturate(wet)));
     var color = vec4(ground::shine(pbr_input, wet), 1.0);
 
-    // The air between here and the viewer.
+    // The air between here and the viewer, unless Bevy draws it.
     let depth = air::FAR_SHARE * ground::planet.air.xyz;
-    let way = air::slant(dot(up, pbr_input.V));
+    let way = select(air::slant(dot(up, pbr_input.V)), 0.0, bevy_air::surrounds(world_from_local[3].xyz));
     var haze = vec3(0.0);
     for (var i = 0u; i < lights.n_directional_lights; i += 1u) {
         let to_sun = lights.directional_lights[i].direction_to_light;

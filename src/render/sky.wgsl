@@ -6,7 +6,7 @@
     pbr_types,
     pbr_functions,
 }
-#import bevy_tectonics::air
+#import bevy_tectonics::{air, bevy_air}
 
 struct Sky {
     medium: vec4<f32>,
@@ -40,6 +40,9 @@ fn vertex(in: Vertex) -> Point {
 @fragment
 fn fragment(in: Point) -> @location(0) vec4<f32> {
     let world_from_local = mesh_functions::get_world_from_local(in.instance_index);
+    if bevy_air::surrounds(world_from_local[3].xyz) {
+        discard;
+    }
     let radius = length(world_from_local[0].xyz) / sky.extent;
     let orthographic = view.clip_from_view[3].w == 1.0;
     let V = pbr_functions::calculate_view(in.world_position, orthographic);

@@ -8,7 +8,7 @@
     pbr_types,
     pbr_functions,
 }
-#import bevy_tectonics::{air, detail, ground, light}
+#import bevy_tectonics::{air, bevy_air, detail, ground, light}
 #import bevy_tectonics::ground::planet
 
 // Length of a side of the largest tiles, in radii.
@@ -230,7 +230,7 @@ fn shade(in: Point) -> vec4<f32> {
     pbr_input.material.reflectance = vec3(mix(0.1, 0.36, saturate(wet)));
     var color = ground::shine(pbr_input, wet);
 
-    // The air in between, and the light of the sky.
+    // The air in between, unless Bevy draws it, and the light of the sky.
     let drawn = select(in.height, planet.sea, sea);
     let place = up * (1.0 + planet.height * drawn);
     let eye = place + V * away;
@@ -238,7 +238,8 @@ fn shade(in: Point) -> vec4<f32> {
     let here_air = air::seen_from(altitude, planet.air.xyz, planet.air.w);
     let x = dot(eye, -V);
     let z = sqrt(max(dot(eye, eye) - x * x, 0.0));
-    let way = air::between(x, x + away, z, here_air.scale);
+    let centre = in.world_position.xyz - radius * place;
+    let way = select(air::between(x, x + away, z, here_air.scale), 0.0, bevy_air::surrounds(centre));
     var haze = vec3(0.0);
     var sky = vec3(0.0);
     for (var i = 0u; i < lights.n_directional_lights; i += 1u) {

@@ -5,6 +5,7 @@ use bevy::{
     asset::RenderAssetUsages,
     camera::RenderTarget,
     math::DVec3,
+    pbr::{AtmosphereMode, AtmosphereSettings},
     prelude::*,
     render::{
         RenderPlugin,
@@ -18,7 +19,7 @@ use bevy::{
 use bevy_tectonics::{
     planet::to_scene,
     prelude::*,
-    render::{Drawn, PlanetRenderSettings, PlanetTiles, TilesDrawn, Viewpoint},
+    render::{Drawn, PlanetAtmosphere, PlanetRenderSettings, PlanetTiles, TilesDrawn, Viewpoint},
     surface::direction_of,
 };
 use core::time::Duration;
@@ -152,6 +153,16 @@ impl Studio {
         let world = self.app.world_mut();
         world.entity_mut(self.planet).insert(planet);
         world.entity_mut(self.camera).insert(camera);
+    }
+
+    /// Has Bevy draw the planet's air.
+    pub fn bevy_air(&mut self) {
+        let settings = AtmosphereSettings {
+            rendering_method: AtmosphereMode::Raymarched,
+            sky_max_samples: 32,
+            ..default()
+        };
+        self.dress(PlanetAtmosphere::default(), settings);
     }
 
     /// Lights the scene in place of the sun.
