@@ -8,7 +8,9 @@ use bevy::{
         Atmosphere,
         atmosphere::{Falloff, PhaseFunction, ScatteringMedium, ScatteringTerm},
     },
+    pbr::{ExtractedAtmosphere, GpuAtmosphereSettings, resources::GpuAtmosphere},
     prelude::*,
+    render::{Render, RenderApp, RenderSystems, extract_component::DynamicUniformIndex},
     transform::TransformSystems,
 };
 
@@ -137,6 +139,29 @@ pub(super) fn plugin(app: &mut App) {
             .before(TransformSystems::Propagate)
             .before(AssetEventSystems),
     );
+    if let Some(render) = app.get_sub_app_mut(RenderApp) {
+        render.add_systems(
+            Render,
+            forget
+                .after(RenderSystems::ExtractCommands)
+                .before(RenderSystems::PrepareAssets),
+        );
+    }
+}
+
+/// Takes what Bevy 0.19 leaves behind from cameras whose atmosphere or settings have gone: it would draw that air for
+/// ever.
+fn forget(
+    mut commands: Commands,
+    views: Query<Entity, (With<GpuAtmosphere>, Without<GpuAtmosphereSettings>)>,
+) {
+    for view in &views {
+        commands.entity(view).remove::<(
+            ExtractedAtmosphere,
+            GpuAtmosphere,
+            DynamicUniformIndex<GpuAtmosphere>,
+        )>();
+    }
 }
 
 type Tended = (
@@ -189,6 +214,8 @@ fn tend(
             continue;
         };
         let Ok((mut atmosphere, mut transform)) = shells.get_mut(shell.entity) else {
+            // Somebody took it away: it comes back with the next frame.
+            commands.entity(entity).try_remove::<Shell>();
             continue;
         };
         transform.set_if_neq(size);

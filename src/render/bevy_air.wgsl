@@ -25,7 +25,8 @@ fn passes(place: vec3<f32>, to_light: vec3<f32>, size: f32) -> vec3<f32> {
 #ifdef ATMOSPHERE
     let air = view_bindings::atmosphere;
     let within = clamp_to_surface(air, (air.world_to_atmosphere * vec4(place, 1.0)).xyz);
-    let r = length(within);
+    // Below the sphere, by however little, Bevy's roots are none.
+    let r = max(length(within), 1.000001 * air.inner_radius);
     // Bevy's table ends there.
     if air.inner_radius > 0.0 && r < air.outer_radius {
         let mu = dot(to_light, within / r);
