@@ -29,6 +29,8 @@ mod clouds;
 mod cube;
 mod drape;
 mod globe;
+#[cfg(feature = "terrain")]
+mod gpu_terrain;
 mod grain;
 mod lines;
 mod material;
@@ -61,6 +63,8 @@ use bevy::{
 };
 pub use clouds::PlanetClouds;
 use globe::Globe;
+#[cfg(feature = "terrain")]
+pub use gpu_terrain::{GpuTerrain, GpuTerrainError};
 use material::{Lighting, PlanetMaterial, SkyMaterial, SkyUniform};
 pub use palette::{Gradient, Palette, PaletteError, PlanetPalette};
 pub use preset::Preset;

@@ -83,6 +83,8 @@ pub use raster::{Pixel, Raster, direction};
 pub use ray::RayHit;
 #[cfg(feature = "terrain")]
 pub use terrain::{Exemplar, ExemplarError, Exemplars, Landform, Survey, Terrain, TerrainSample};
+#[cfg(all(feature = "render", feature = "terrain"))]
+pub(crate) use terrain::{TooWide, Words, vectors, weights};
 
 /// A column of a surface does not have one value per sub-plate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]

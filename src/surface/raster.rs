@@ -178,6 +178,12 @@ impl<'a> Raster<'a> {
         (place.vertices, place.weights)
     }
 
+    /// The noise on the interpolated ground.
+    #[cfg(all(feature = "render", feature = "terrain"))]
+    pub(super) fn texture(&self) -> &Texture {
+        &self.texture
+    }
+
     fn ground(&self, direction: DVec3, hint: &mut u32) -> Ground {
         let (vertices, weights) = self.corners(direction, hint);
         let corner = |vertex: u32| Corner::of(self.surface, vertex as usize);

@@ -105,6 +105,12 @@ impl Texture {
 
 #[cfg(feature = "terrain")]
 impl Texture {
+    /// What displaces coasts, what roughens land, and what roughens the sea floor.
+    #[cfg(feature = "render")]
+    pub(super) fn noises(&self) -> [&FastNoiseLite; 3] {
+        [&self.coast, &self.terrain, &self.hills]
+    }
+
     /// A displacement of octaves that go half as far each, from this frequency and amplitude in radii on.
     pub(super) fn shore(seed: u64, frequency: f64, octaves: i32, amplitude: f64) -> FastNoiseLite {
         let mut warp = FastNoiseLite::with_seed(fold(seed, 4));

@@ -70,8 +70,8 @@ pub enum ExemplarError {
 /// How much of a piece is shown: which of its versions, and how far towards the coarser one after it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Level {
-    finer: usize,
-    share: f32,
+    pub finer: usize,
+    pub share: f32,
 }
 
 impl Level {
@@ -193,6 +193,12 @@ impl Exemplar {
             sum.1[1] += share * scale * slope[1];
         }
         sum
+    }
+
+    /// Weights of the splines of all versions, the finest first, row by row.
+    #[cfg(feature = "render")]
+    pub(super) fn weights(&self) -> impl Iterator<Item = f32> {
+        self.levels.iter().flatten().copied()
     }
 
     /// What finer versions could add, in deviations.

@@ -12,6 +12,8 @@
 mod exemplar;
 mod floor;
 mod patch;
+#[cfg(feature = "render")]
+mod plot;
 mod scatter;
 mod shore;
 mod strength;
@@ -28,6 +30,8 @@ use exemplar::Level;
 pub use exemplar::{Exemplar, ExemplarError, Exemplars, Landform};
 use glam::{DVec3, Vec3};
 use patch::Patches;
+#[cfg(feature = "render")]
+pub(crate) use plot::{TooWide, Words, vectors, weights};
 use scatter::{Reached, Scatter};
 use shore::Shore;
 use std::sync::Arc;
@@ -59,7 +63,7 @@ pub struct TerrainSample {
 }
 
 /// A planet's ground at one level of detail: the same place has the same height, whoever asks in which order and
-/// on which thread.
+/// on which thread. `GpuTerrain` (feature `render`) has the elevations of many places at once, equal to 0.1 m.
 ///
 /// ```
 /// use bevy_tectonics::prelude::*;

@@ -25,12 +25,12 @@ const KEPT: usize = 256;
 #[derive(Clone, Copy)]
 pub(super) struct Patch {
     /// None on the sea floor.
-    landform: Option<Landform>,
+    pub landform: Option<Landform>,
     /// Along the fold or the ridge, and across.
-    along: Vec3,
-    across: Vec3,
-    shift: [f32; 2],
-    bits: u64,
+    pub along: Vec3,
+    pub across: Vec3,
+    pub shift: [f32; 2],
+    pub bits: u64,
 }
 
 impl Patch {
@@ -87,7 +87,8 @@ impl Patches {
     }
 }
 
-fn describe(
+/// What a piece is: the same from whatever sub-plate the search for its place starts.
+pub(super) fn describe(
     piece: &Reached,
     scatter: &Scatter,
     surface: &Surface,

@@ -49,7 +49,7 @@ impl Reached {
 }
 
 /// Sine and cosine of multiples of 22.5°.
-const TURNS: [(f32, f32); 16] = {
+pub(super) const TURNS: [(f32, f32); 16] = {
     const A: f32 = 0.382_683_43;
     const B: f32 = core::f32::consts::FRAC_1_SQRT_2;
     const C: f32 = 0.923_879_5;
@@ -124,7 +124,20 @@ impl Scatter {
         (piece.cell.as_dvec3() + DVec3::splat(0.5) + jitter) * self.size
     }
 
-    fn jitter(bits: u64) -> Vec3 {
+    /// The piece of a cell, seen from its middle.
+    #[cfg(feature = "render")]
+    pub fn piece(&self, cell: IVec3) -> Reached {
+        Reached {
+            cell,
+            bits: self.bits(cell),
+            offset: Vec3::ZERO,
+            weight: 1.0,
+            weight_slope: Vec3::ZERO,
+        }
+    }
+
+    /// From the middle of a cell to that of its piece, in cells.
+    pub fn jitter(bits: u64) -> Vec3 {
         let part = |bit: u32| (bits >> bit & 0x3FF) as f32 / 511.5 - 1.0;
         Vec3::new(part(0), part(21), part(42)) * JITTER
     }

@@ -20,7 +20,7 @@ const FADES_M: f32 = 250.0;
 
 /// Displacement of one surface at one level of detail.
 pub(super) struct Shore {
-    warp: Option<FastNoiseLite>,
+    pub warp: Option<FastNoiseLite>,
     left_out_m: f64,
 }
 
