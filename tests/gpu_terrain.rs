@@ -256,6 +256,15 @@ fn ground_of_ones_own_and_patches_are_raised_too() {
         found.push(patch.heights);
     }
     assert_ne!(found[0], found[1]);
+    // More than are worked on at once.
+    let (patch, expected) = (
+        gpu.patch(&ours, place, 16.0, 520).unwrap(),
+        ours.patch(place, 16.0, 520),
+    );
+    assert_eq!(patch.heights.len(), 270_400);
+    for (height, expected) in patch.heights.iter().zip(&expected.heights) {
+        assert!((height - expected).abs() < APART_M, "{height} {expected}");
+    }
 }
 
 #[test]

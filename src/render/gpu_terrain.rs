@@ -7,20 +7,31 @@
 use crate::surface::{Exemplars, HeightField, Terrain, TooWide, Words, vectors, weights};
 use bevy::render::{
     render_resource::{
-        BindGroupEntry, BindGroupLayout, Buffer, BufferDescriptor, BufferInitDescriptor,
-        BufferUsages, CommandEncoderDescriptor, ComputePassDescriptor, ComputePipeline, MapMode,
+        BindGroupEntry, BindGroupLayout, Buffer, BufferDescriptor, BufferUsages,
+        CommandEncoderDescriptor, ComputePassDescriptor, ComputePipeline, MapMode,
         PipelineCompilationOptions, PollType, RawComputePipelineDescriptor, ShaderModuleDescriptor,
         ShaderSource,
     },
     renderer::{RenderDevice, RenderQueue},
 };
 use glam::DVec3;
-use std::sync::{Arc, mpsc};
+use std::{
+    sync::{
+        Arc,
+        mpsc::{RecvTimeoutError, channel},
+    },
+    time::{Duration, Instant},
+};
 
 /// Places that are worked on at once: 13 MB.
 const AT_ONCE: usize = 1 << 18;
 /// Places of a workgroup. Mirrored in the shader.
 const GROUP: u32 = 64;
+/// Time between two looks at whether the device is done. Waiting for it would hold up the frames that Bevy submits
+/// meanwhile.
+const LOOK: Duration = Duration::from_micros(200);
+/// After this time a device counts as gone.
+const LONGEST: Duration = Duration::from_secs(60);
 
 /// Why a batch has no heights.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -56,14 +67,16 @@ impl From<TooWide> for GpuTerrainError {
 ///
 /// Bevy has the device and its queue as resources, in the main world and in the render world; `RenderDevice::from`
 /// takes one of your own. It must know compute shaders with 8 storage buffers, as WebGPU promises. Made once, it
-/// serves any number of planets. Calls wait until the device is done, so they belong on a task where frames must not
-/// wait; on the web nothing can wait for a device, and every call fails.
+/// serves any number of planets, as long as the device lives: where that is lost, wgpu itself panics. Calls wait until
+/// the device is done, so they belong on a task where frames must not wait; on the web nothing can wait for a device,
+/// and every call fails.
 ///
 /// ```no_run
 /// use bevy::{prelude::*, render::renderer::{RenderDevice, RenderQueue}};
 /// use bevy_tectonics::{prelude::*, render::GpuTerrain};
 /// use bevy_tectonics::surface::{Terrain, direction_of};
 ///
+/// // Where a frame may wait; otherwise on a task, with clones of all three.
 /// fn stand(device: Res<RenderDevice>, queue: Res<RenderQueue>, planet: Single<&PlanetSurface>) -> Result {
 ///     let mut gpu = GpuTerrain::new(&device, &queue);
 ///     let terrain = Terrain::new(&planet, 2.0)?;
@@ -102,7 +115,7 @@ impl GpuTerrain {
         Self {
             layout: pipeline.get_bind_group_layout(0).into(),
             pipeline,
-            vectors: buffer(device, &vectors(), BufferUsages::STORAGE),
+            vectors: buffer(device, queue, &vectors(), BufferUsages::STORAGE),
             exemplars: None,
             device: device.clone(),
             queue: queue.clone(),
@@ -127,8 +140,9 @@ impl GpuTerrain {
         }
         let plot = terrain.plot(directions)?;
         let exemplars = self.exemplars_of(terrain);
-        let storage = |words: &Words| buffer(&self.device, words, BufferUsages::STORAGE);
-        let head = buffer(&self.device, &plot.head, BufferUsages::UNIFORM);
+        let filled = |words: &Words, usage| buffer(&self.device, &self.queue, words, usage);
+        let storage = |words: &Words| filled(words, BufferUsages::STORAGE);
+        let head = filled(&plot.head, BufferUsages::UNIFORM);
         let [triangles, grid] = [&plot.triangles, &plot.grid].map(storage);
         let [pieces, cells] = [&plot.pieces, &plot.cells].map(storage);
         for part in directions.chunks(AT_ONCE) {
@@ -213,7 +227,8 @@ impl GpuTerrain {
         {
             return buffer.clone();
         }
-        let buffer = buffer(&self.device, &weights(wanted), BufferUsages::STORAGE);
+        let usage = BufferUsages::STORAGE;
+        let buffer = buffer(&self.device, &self.queue, &weights(wanted), usage);
         self.exemplars = Some((wanted.clone(), buffer.clone()));
         buffer
     }
@@ -221,21 +236,27 @@ impl GpuTerrain {
     /// Waits for the device and appends what it wrote.
     fn read(&self, buffer: &Buffer, heights: &mut Vec<f32>) -> Result<(), GpuTerrainError> {
         let failed = |what: &dyn core::fmt::Display| GpuTerrainError::Device(what.to_string());
-        let (told, answer) = mpsc::channel();
+        if cfg!(target_arch = "wasm32") {
+            return Err(failed(&"nothing can wait for a device on the web"));
+        }
+        let (told, answer) = channel();
         let slice = buffer.slice(..);
         self.device
             .map_buffer(&slice, MapMode::Read, move |mapped| {
                 // Nobody listens any more where waiting has failed.
                 let _ = told.send(mapped);
             });
-        self.device
-            .poll(PollType::wait_indefinitely())
-            .map_err(|error| failed(&error))?;
-        match answer.try_recv() {
-            Ok(Ok(())) => {}
-            Ok(Err(error)) => return Err(failed(&error)),
-            Err(error) => return Err(failed(&error)),
-        }
+        let start = Instant::now();
+        let mapped = loop {
+            (self.device.poll(PollType::Poll)).map_err(|error| failed(&error))?;
+            // Whoever else looks after the device may be the one who is told.
+            match answer.recv_timeout(LOOK) {
+                Ok(mapped) => break mapped,
+                Err(RecvTimeoutError::Timeout) if start.elapsed() < LONGEST => {}
+                Err(error) => return Err(failed(&error)),
+            }
+        };
+        mapped.map_err(|error| failed(&error))?;
         let bytes = slice.get_mapped_range();
         let (words, _) = bytes.as_chunks::<4>();
         heights.extend(words.iter().map(|&word| f32::from_ne_bytes(word)));
@@ -243,10 +264,19 @@ impl GpuTerrain {
     }
 }
 
-fn buffer(device: &RenderDevice, words: &Words, usage: BufferUsages) -> Buffer {
-    device.create_buffer_with_data(&BufferInitDescriptor {
+fn buffer(
+    device: &RenderDevice,
+    queue: &RenderQueue,
+    words: &Words,
+    usage: BufferUsages,
+) -> Buffer {
+    let bytes = words.bytes();
+    let buffer = device.create_buffer(&BufferDescriptor {
         label: Some("terrain"),
-        contents: &words.bytes(),
-        usage,
-    })
+        size: bytes.len() as u64,
+        usage: usage | BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    queue.write_buffer(&buffer, 0, &bytes);
+    buffer
 }

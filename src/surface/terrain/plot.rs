@@ -8,6 +8,7 @@ use super::{
     exemplar::Level,
     patch::{Patch, describe},
     scatter::{Scatter, TURNS},
+    shore::FURTHEST,
 };
 use crate::mesh::{HalfEdge, SphereMesh};
 use crate::simulation::Surface;
@@ -21,7 +22,7 @@ use glam::{DVec3, IVec3, Vec3};
 use std::collections::HashSet;
 
 /// How far places may lie from the middle, in m, and as a share of the planet's radius.
-const FURTHEST: (f64, f64) = (200_000.0, 1.0 / 32.0);
+const WIDEST: (f64, f64) = (200_000.0, 1.0 / 32.0);
 /// Cells along a side of the grid by which triangles are found. Mirrored in the shader, as what follows.
 const GRID: usize = 16;
 /// Stands for a cell without a piece.
@@ -56,10 +57,10 @@ impl Words {
         self
     }
 
-    /// As the device has them. Nothing is four words of nought: a buffer cannot be empty.
+    /// As the device has them. Nothing is one element of nought: a buffer cannot be empty.
     pub fn bytes(&self) -> Vec<u8> {
         if self.0.is_empty() {
-            return vec![0; 16];
+            return vec![0; 96];
         }
         let bytes: Vec<[u8; 4]> = self.0.iter().map(|word| word.to_ne_bytes()).collect();
         bytes.into_flattened()
@@ -89,7 +90,7 @@ impl Terrain<'_> {
         let radius_m = self.radius_m();
         let sum: DVec3 = directions.iter().map(|&direction| unit(direction)).sum();
         let middle = unit(sum);
-        let allowed = (FURTHEST.0 / radius_m).min(FURTHEST.1);
+        let allowed = (WIDEST.0 / radius_m).min(WIDEST.1);
         let mut furthest = (0, 0.0);
         let mut homes = Block::NONE;
         for (number, &direction) in directions.iter().enumerate() {
@@ -110,9 +111,8 @@ impl Terrain<'_> {
         let (pieces, cells) = self.pieces_near(directions, homes);
         let [coast, ridges, hills] = self.raster.texture().noises();
         let shore = self.shore.warp.as_ref();
-        // An octave displaces by its amplitude at most.
         let bent = coast.domain_warp_amp + shore.map_or(0.0, |warp| warp.domain_warp_amp);
-        let reach = 1.02 * (furthest.1 + f64::from(bent)) + 1e-4;
+        let reach = 1.02 * (furthest.1 + FURTHEST * f64::from(bent)) + 1e-4;
         let axes = Axes::at(middle, reach);
         let (triangles, grid) = triangles(self.surface, &axes, reach);
         let mut head = Words::default();

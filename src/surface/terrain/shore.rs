@@ -14,7 +14,7 @@ const FINEST_M: f64 = 150.0;
 /// Displacement in m per m of wavelength, of each octave.
 const STRAIN: f64 = 0.22;
 /// How much further than its amplitude an octave displaces at most; the test below measures it.
-const FURTHEST: f64 = 1.5;
+pub(super) const FURTHEST: f64 = 1.5;
 /// Elevation and depth in m at which nothing of it is left.
 const FADES_M: f32 = 250.0;
 
