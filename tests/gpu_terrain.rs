@@ -4,17 +4,10 @@
 //! `BEVY_TECTONICS_REQUIRE_GPU` is set.
 #![cfg(all(feature = "window", feature = "terrain"))]
 
-use bevy::{
-    app::PluginsState,
-    prelude::*,
-    render::{
-        RenderPlugin,
-        pipelined_rendering::PipelinedRenderingPlugin,
-        renderer::{RenderDevice, RenderQueue},
-    },
-    window::ExitCondition,
-    winit::WinitPlugin,
-};
+#[expect(dead_code, reason = "each uses a part of it")]
+mod studio;
+
+use bevy::render::renderer::{RenderDevice, RenderQueue};
 use bevy_tectonics::{
     prelude::*,
     render::{GpuTerrain, GpuTerrainError},
@@ -25,7 +18,6 @@ use core::ops::ControlFlow;
 use glam::DVec3;
 use std::{
     env,
-    panic::{AssertUnwindSafe, catch_unwind},
     sync::{Arc, LazyLock},
     time::Instant,
 };
@@ -49,33 +41,10 @@ static PLANET: LazyLock<Surface> = LazyLock::new(|| {
     )
 });
 
-static DEVICE: LazyLock<Option<(RenderDevice, RenderQueue)>> = LazyLock::new(|| {
-    // Bevy says that there is no adapter by a panic.
-    catch_unwind(AssertUnwindSafe(find_device)).ok()?
-});
+static DEVICE: LazyLock<Option<(RenderDevice, RenderQueue)>> = LazyLock::new(find_device);
 
 fn find_device() -> Option<(RenderDevice, RenderQueue)> {
-    let mut app = App::new();
-    app.add_plugins(
-        DefaultPlugins
-            .build()
-            .disable::<WinitPlugin>()
-            .disable::<PipelinedRenderingPlugin>()
-            .set(RenderPlugin {
-                synchronous_pipeline_compilation: true,
-                ..default()
-            })
-            .set(WindowPlugin {
-                primary_window: None,
-                exit_condition: ExitCondition::DontExit,
-                ..default()
-            }),
-    );
-    while app.plugins_state() == PluginsState::Adding {
-        bevy::tasks::tick_global_task_pools_on_main_thread();
-    }
-    app.finish();
-    app.cleanup();
+    let app = studio::open()?;
     let world = app.world();
     let device = world.get_resource::<RenderDevice>()?.clone();
     Some((device, world.get_resource::<RenderQueue>()?.clone()))

@@ -8,10 +8,12 @@
 #[expect(dead_code, reason = "each uses a part of it")]
 mod studio;
 
-use bevy::{mesh::MeshTag, prelude::*};
+use bevy::{
+    mesh::MeshTag, pbr::AtmosphereSettings, prelude::*, render::renderer::RenderAdapterInfo,
+};
 use bevy_tectonics::{
     prelude::*,
-    render::{PlanetClouds, PlanetRenderSettings, Preset, TilesDrawn},
+    render::{PlanetAtmosphere, PlanetClouds, PlanetRenderSettings, Preset, TilesDrawn},
     surface::direction_of,
 };
 use core::time::Duration;
@@ -220,6 +222,41 @@ fn tiles_come_and_go() {
     studio.app.world_mut().despawn(planet);
     studio.app.update();
     assert_eq!(parts(studio.app.world_mut()), 0);
+}
+
+/// Bevy draws the air in place of the planet's own, and leaves nothing behind when it no longer shall.
+#[test]
+fn bevys_atmosphere_comes_and_goes() {
+    let _alone = STUDIO.lock().unwrap_or_else(PoisonError::into_inner);
+    let Some(mut studio) = Studio::new(160, 100, planet()) else {
+        return;
+    };
+    let driver = &studio
+        .app
+        .world()
+        .resource::<RenderAdapterInfo>()
+        .driver_info;
+    if driver.contains("Mesa 22.") {
+        println!("skipped: {driver} crashes on Bevy's atmosphere");
+        return;
+    }
+    let own = studio.shoot().unwrap();
+    studio.bevy_air();
+    let bevys = studio.shoot().unwrap();
+    assert!(difference(&own, &bevys).is_some());
+    let world = studio.app.world_mut();
+    let mut planets = world.query_filtered::<Entity, With<PlanetAtmosphere>>();
+    let planet = planets.single(world).unwrap();
+    world.entity_mut(planet).remove::<PlanetAtmosphere>();
+    assert_eq!(difference(&own, &studio.shoot().unwrap()), None);
+    // The same where the camera no longer wants it.
+    studio.bevy_air();
+    assert_eq!(difference(&bevys, &studio.shoot().unwrap()), None);
+    let world = studio.app.world_mut();
+    let mut cameras = world.query_filtered::<Entity, With<AtmosphereSettings>>();
+    let camera = cameras.single(world).unwrap();
+    world.entity_mut(camera).remove::<AtmosphereSettings>();
+    assert_eq!(difference(&own, &studio.shoot().unwrap()), None);
 }
 
 #[test]

@@ -26,7 +26,7 @@ use core::time::Duration;
 use std::{
     fs::File,
     io::{self, BufWriter},
-    panic::{AssertUnwindSafe, catch_unwind},
+    panic::catch_unwind,
     path::Path,
     sync::{Arc, Mutex, PoisonError},
     time::Instant,
@@ -75,9 +75,10 @@ pub struct Picture {
     pub pixels: Vec<u8>,
 }
 
-impl Studio {
-    /// A studio for pictures of this size. None where there is nothing to draw with.
-    pub fn new(width: u32, height: u32, planet: Planet) -> Option<Self> {
+/// An app that draws without a window. None where there is nothing to draw with.
+pub fn open() -> Option<App> {
+    // Bevy says that there is no adapter by a panic.
+    catch_unwind(|| {
         let mut app = App::new();
         app.add_plugins(
             DefaultPlugins
@@ -109,15 +110,20 @@ impl Studio {
         )
         .add_plugins(TectonicsPlugins)
         .insert_resource(ClearColor(Color::BLACK));
-        // Bevy says that there is no adapter by a panic.
-        catch_unwind(AssertUnwindSafe(|| {
-            while app.plugins_state() == PluginsState::Adding {
-                bevy::tasks::tick_global_task_pools_on_main_thread();
-            }
-            app.finish();
-            app.cleanup();
-        }))
-        .ok()?;
+        while app.plugins_state() == PluginsState::Adding {
+            bevy::tasks::tick_global_task_pools_on_main_thread();
+        }
+        app.finish();
+        app.cleanup();
+        app
+    })
+    .ok()
+}
+
+impl Studio {
+    /// A studio for pictures of this size. None where there is nothing to draw with.
+    pub fn new(width: u32, height: u32, planet: Planet) -> Option<Self> {
+        let mut app = open()?;
         let mut canvas =
             Image::new_target_texture(width, height, TextureFormat::Rgba8UnormSrgb, None);
         canvas.asset_usage = RenderAssetUsages::default();
