@@ -139,7 +139,7 @@ impl Boundaries {
     /// Lists the polarity of the fronts between floor and floor.
     pub(super) fn list_polarity(&mut self, workers: &Workers, fronts: &[Front], crust: &[Crust]) {
         let found = workers.run(fronts.chunks(FEW), |fronts| {
-            let mut polarity = Vec::new();
+            let mut polarity = Vec::with_capacity(2 * fronts.len());
             for front in fronts {
                 let is_floor = |&v: &u32| !crust[v as usize].is_continental();
                 if let (true, Some(under)) = (front.vertices.iter().all(is_floor), front.under) {

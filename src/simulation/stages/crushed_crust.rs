@@ -35,7 +35,12 @@ fn first_circle(recipe: &Recipe) -> f64 {
 
 /// About how many sub-plates lie in such a circle.
 pub(in crate::simulation) fn first_circle_cells(recipe: &Recipe) -> f64 {
-    let reach = first_circle(recipe) / recipe.spacing_km();
+    cells_within(recipe, first_circle(recipe))
+}
+
+/// About how many lie in one of this radius in km.
+fn cells_within(recipe: &Recipe, reach: f64) -> f64 {
+    let reach = reach / recipe.spacing_km();
     (core::f64::consts::PI * reach * reach).min(f64::from(recipe.sub_plates))
 }
 
@@ -66,9 +71,9 @@ fn faded(
         let fade = 1.0 - near * near;
         (v, fade * fade)
     };
-    disc(mesh, marks, from, reach / recipe.radius_km)
-        .map(fade)
-        .collect()
+    let mut circle = Vec::with_capacity(cells_within(recipe, reach) as usize);
+    circle.extend(disc(mesh, marks, from, reach / recipe.radius_km).map(fade));
+    circle
 }
 
 /// Hands a volume of continental crust to the continent around a vertex, more where there is room, first

@@ -15,7 +15,7 @@ use super::super::{
     error::TectonicError,
     hot_spot::HotSpot,
     ledger::Ledger,
-    reach::{Marks, reach},
+    reach::reach,
     recipe::Recipe,
     sea::Sea,
     sub_plate::*,
@@ -24,7 +24,7 @@ use super::super::{
 };
 use super::sea_floor_depth;
 use crate::mesh::{EdgePayload, SphereMesh};
-use bevy::prelude::*;
+use bevy::{platform::collections::HashSet, prelude::*};
 use glam::DVec3;
 
 /// Radii within which crust is fed; farther out less than a hundredth arrives.
@@ -114,7 +114,7 @@ pub(in crate::simulation) fn feed_islands(
     let thickest = recipe.constants.collisions.thickest;
     let fed = workers.run(hot_spots.iter(), |hot_spot| {
         let angle = REACH * radius / recipe.radius_km;
-        around(mesh, &mut Marks::default(), hot_spot.place, angle)
+        around(mesh, hot_spot.place, angle)
     });
     for (hot_spot, fed) in hot_spots.into_iter().zip(fed) {
         // A wider spot feeds a passing plate for longer: so chains are as high whatever the spacing.
@@ -180,7 +180,6 @@ const SAMPLES: usize = 256;
 /// Vertices within an angle (rad) of a place, with their distances (rad), each once.
 pub(in crate::simulation) fn around<E: EdgePayload>(
     mesh: &SphereMesh<E>,
-    marks: &mut Marks,
     place: DVec3,
     angle: f64,
 ) -> Vec<(u32, f64)> {
@@ -195,14 +194,14 @@ pub(in crate::simulation) fn around<E: EdgePayload>(
         .min_by_key(near);
     let nearest = mesh.nearest(place, hint.unwrap_or(0));
     let mut found = vec![(nearest, angle_of(chord(nearest)))];
-    marks.wipe(mesh.vertex_count());
-    marks.mark(nearest);
+    // Few of many: marks on all of them would be dear.
+    let mut met = HashSet::from([nearest]);
     let mut next = 0;
     while let Some(&(v, _)) = found.get(next) {
         next += 1;
         for w in mesh.neighbours(v) {
             let far = chord(w);
-            if far <= longest && marks.mark(w) {
+            if far <= longest && met.insert(w) {
                 found.push((w, angle_of(far)));
             }
         }

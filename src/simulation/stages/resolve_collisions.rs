@@ -31,8 +31,8 @@ use std::collections::BTreeMap;
 
 /// Removals open new contacts; more sweeps than this never found any (study).
 const SWEEPS: usize = 4;
-/// Pieces in which circles are looked for: each has marks of its own.
-const CIRCLES: usize = 8;
+/// Pieces in which circles are looked for: each has marks of its own, of four bytes for every sub-plate.
+const CIRCLES: usize = 4;
 /// Sub-plates that they hold together at most.
 const MOST_HELD: f64 = 2e7;
 
@@ -44,6 +44,7 @@ const JUTTING: f64 = 0.1;
 #[derive(Default)]
 pub(in crate::simulation) struct Scratch {
     walked: Marks,
+    walks: [Marks; CIRCLES],
     watched: Marks,
     touched: Marks,
 }
@@ -90,6 +91,7 @@ pub(in crate::simulation) fn resolve_collisions(
     ) = sub_plates.columns(mesh.vertex_count())?;
     let Scratch {
         walked,
+        walks,
         watched,
         touched,
     } = &mut *scratch;
@@ -123,7 +125,7 @@ pub(in crate::simulation) fn resolve_collisions(
     let mut cuts: Vec<[u32; 2]> = Vec::new();
     for _ in 0..SWEEPS {
         let victims = judge.find_victims(mesh, &ground, &watch, [watched, touched], &workers);
-        let circles = circles(&recipe, mesh, &ground, &victims, &workers);
+        let circles = circles(&recipe, mesh, &ground, &victims, walks, &workers);
         touched.wipe(mesh.vertex_count());
         let mut dirty: Vec<u32> = Vec::new();
         for (victim, circle) in victims.into_iter().zip(circles) {
@@ -453,15 +455,15 @@ fn circles(
     mesh: &SphereMesh<EdgeState>,
     ground: &Ground,
     victims: &[Victim],
+    walks: &mut [Marks; CIRCLES],
     workers: &Workers,
 ) -> Vec<Circle> {
     let is_much = victims.len() as f64 * first_circle_cells(recipe) > MOST_HELD;
     let parts = victims.chunks(victims.len().div_ceil(CIRCLES).max(1));
-    let found = workers.run(parts, |victims| {
-        let mut marks = Marks::default();
+    let found = workers.run(parts.zip(walks), |(victims, marks)| {
         let around = |victim: &Victim| {
             if ground.crust[victim.vertex as usize].is_continental() && !is_much {
-                circle_around(recipe, mesh, &mut marks, victim.vertex)
+                circle_around(recipe, mesh, marks, victim.vertex)
             } else {
                 Vec::new()
             }

@@ -6,7 +6,6 @@ use super::{
         columns::Columns,
         events::{EventFailure, LatLon, NewCrust},
         ledger::Ledger,
-        reach::Marks,
         recipe::Recipe,
         stages::hot_spots::around,
         sub_plate::*,
@@ -40,12 +39,7 @@ pub(super) fn set_crust(
     >,
 ) -> Verdict {
     let mesh = &topology.0;
-    let disc = around(
-        mesh,
-        &mut Marks::default(),
-        centre.direction(),
-        radius_km / recipe.radius_km,
-    );
+    let disc = around(mesh, centre.direction(), radius_km / recipe.radius_km);
     let inside = |&(_, angle): &(u32, f64)| angle * recipe.radius_km <= radius_km;
     if !disc.iter().any(inside) {
         return Ok(Err(EventFailure::NothingThere { centre, radius_km }));

@@ -92,7 +92,10 @@ pub(in crate::simulation) fn balance_torques(
                 run, &recipe, &clock, &table, &contacts, created, slab, smooth, told,
             )
         };
-        runs.filter_map(bear).collect::<Vec<Borne>>()
+        // Each is large: a vector that grows would copy them over and over.
+        let mut borne = Vec::with_capacity(runs.clone().count());
+        borne.extend(runs.filter_map(bear));
+        borne
     });
     let mut holds = Vec::new();
     for borne in borne.into_iter().flatten() {
