@@ -80,8 +80,8 @@ constants! {
     /// Wear, sediment, isostasy.
     ErosionConstants("erosion") {
         /// Rock worn off per My as a share of the height above base level (Ahnert 1970: 0.15 of the
-        /// local relief, which is less than that height on plateaus). At 0.07 one planet in eight has hardly any
-        /// land above 2 km.
+        /// local relief, which is less than that height on plateaus). At 0.07 one planet of 10,000 sub-plates
+        /// in eight has hardly any land above 2 km.
         rate = 0.06 in 0.0..=2.0 "/My",
         /// Slope of the base level inland from the shelf. At 0 land swings between 12 and 38 % (study); Earth's
         /// rises by 0.5 m/km from 850 to 1,750 km behind its crust's edge.
@@ -105,8 +105,7 @@ constants! {
         sediment_rate = 3.0 in 0.0..=100.0 "m/My",
         /// Width of the shelf profile of an old margin in front of land that is 1,000 km broad; younger margins have
         /// sunk less, and narrower land feeds less (Earth 80 km on average, up to 400). Wider than what is drawn
-        /// as sea: its inner part lies within metres of the sea level, and crust thins towards its edge. At 900
-        /// shelves take a tenth of the planet.
+        /// as sea: its inner part lies within metres of the sea level, and crust thins towards its edge.
         shelf_width = 700.0 in 0.0..=2000.0 "km",
         /// Width of the shelf profile between a trench and its arc (Earth: 50-200 km of fore-arc basins, and
         /// wide flooded shelves behind the arcs of Sunda and the East China Sea, which are not modelled).

@@ -24,8 +24,9 @@ use super::super::{
 };
 use super::sea_floor_depth;
 use crate::mesh::{EdgePayload, SphereMesh};
-use bevy::{platform::collections::HashSet, prelude::*};
+use bevy::prelude::*;
 use glam::DVec3;
+use std::collections::BTreeSet;
 
 /// Radii within which crust is fed; farther out less than a hundredth arrives.
 const REACH: f64 = 3.0;
@@ -195,7 +196,7 @@ pub(in crate::simulation) fn around<E: EdgePayload>(
     let nearest = mesh.nearest(place, hint.unwrap_or(0));
     let mut found = vec![(nearest, angle_of(chord(nearest)))];
     // Few of many: marks on all of them would be dear.
-    let mut met = HashSet::from([nearest]);
+    let mut met = BTreeSet::from([nearest]);
     let mut next = 0;
     while let Some(&(v, _)) = found.get(next) {
         next += 1;

@@ -93,8 +93,9 @@ impl Inland {
             .iter()
             .zip(&drained)
             .map(|(edge, [count, sum])| {
-                // Twice the mean distance is the breadth of a strip that drains to one side.
-                let breadth = 2.0 * sum / count;
+                // Twice the mean distance is the breadth of a strip that drains to one side. The edge counts, but
+                // where its own cells are wider than all that drains.
+                let breadth = 2.0 * sum / count.max(1.0);
                 edge.age.map_or(constants.forearc_width, |age| {
                     let sunk = 1.0 - libm::exp(-age.max(0.0) / SUBSIDENCE);
                     let fed = 2.0 * breadth / (breadth + NOMINAL_BREADTH);
