@@ -255,16 +255,15 @@ fn form(ui: &mut Ui, recipe: &mut Recipe) -> bool {
         let foundering =
             "Old sea floor founders and drags the mantle; plates are what moves alike.";
         let prescribed = "Plates keep their rotations; slabs turn their axes.";
-        look::choose(
-            ui,
-            &mut recipe.drive,
-            &[
-                (Drive::Soft, "Soft", soft),
-                (Drive::Rigid, "Rigid", rigid),
-                (Drive::Foundering, "Foundering", foundering),
-                (Drive::Prescribed, "Prescribed", prescribed),
-            ],
-        )
+        let drives = [
+            (Drive::Soft, "Soft", soft),
+            (Drive::Rigid, "Rigid", rigid),
+            (Drive::Foundering, "Foundering", foundering),
+            (Drive::Prescribed, "Prescribed", prescribed),
+        ];
+        // Four long names: a narrow panel has a second line of them.
+        let choose = |ui: &mut Ui| look::choose(ui, &mut recipe.drive, &drives);
+        ui.horizontal_wrapped(choose).inner
     });
     edited
 }
