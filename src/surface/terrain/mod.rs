@@ -29,10 +29,10 @@ use bevy::prelude::*;
 use exemplar::Level;
 pub use exemplar::{Exemplar, ExemplarError, Exemplars, Landform};
 use glam::{DVec3, Vec3};
-use patch::Patches;
+use patch::{Patch, describe};
 #[cfg(feature = "render")]
 pub(crate) use plot::{TooWide, Words, vectors, weights};
-use scatter::{Reached, Scatter};
+use scatter::{Around, Lately, Reached, Scatter};
 use shore::Shore;
 use std::sync::Arc;
 use strength::Strength;
@@ -89,7 +89,11 @@ pub struct Terrain<'a> {
     last: DVec3,
     /// Square of the distance within which a hint is good.
     near: f64,
-    patches: Patches,
+    patches: Lately<Patch>,
+    /// Axes of the smaller pieces.
+    axes: Lately<[Vec3; 2]>,
+    /// The pieces around the last place, and the smaller ones.
+    around: [Around; 2],
 }
 
 impl Surface {
@@ -150,7 +154,9 @@ impl<'a> Terrain<'a> {
             hint: 0,
             last: DVec3::ZERO,
             near: near * near,
-            patches: Patches::new(),
+            patches: Lately::new(),
+            axes: Lately::new(),
+            around: default(),
             raster,
             surface,
             exemplars,
@@ -250,7 +256,9 @@ impl<'a> Terrain<'a> {
         let most = strength.grain_m(GRAIN_M.0 + (GRAIN_M.1 - GRAIN_M.0) * steep);
         match &self.grains {
             Some((scatter, level)) => {
-                let fine = self.grain(scatter, *level, place);
+                let tile = self.exemplars.get(Landform::Collision);
+                let (around, axes) = (&mut self.around[1], &mut self.axes);
+                let fine = grain(scatter, around, axes, tile, *level, place);
                 let (value, rate) = soften(fine.value);
                 added += most * value;
                 slope += fine.slope * (most * rate);
@@ -269,10 +277,9 @@ impl<'a> Terrain<'a> {
     fn pile(&mut self, place: DVec3, deviation_m: f32) -> Pile {
         let mut sum = Sum::default();
         let (detail_m, level, hint) = (self.detail_m as f32, self.level, self.hint);
-        self.pieces.visit(place, |piece| {
-            let patch = self
-                .patches
-                .of(piece, &self.pieces, self.surface, &self.raster, hint);
+        self.pieces.visit(&mut self.around[0], place, |piece| {
+            let describe = || describe(piece, &self.pieces, self.surface, &self.raster, hint);
+            let patch = self.patches.of(piece, describe);
             let (value, slope, error) = patch.at(piece.offset, &self.exemplars, level, detail_m);
             sum.add(piece, value, slope, error);
         });
@@ -284,27 +291,35 @@ impl<'a> Terrain<'a> {
             error: sum.error,
         }
     }
+}
 
-    /// The smaller pieces at a place: any ground will do, and any direction.
-    fn grain(&self, scatter: &Scatter, level: Level, place: DVec3) -> Blended {
-        let mut sum = Sum::default();
-        let tile = self.exemplars.get(Landform::Collision);
-        scatter.visit(place, |piece| {
-            // Axes of the piece, not of the place: none are the same everywhere.
+/// The smaller pieces at a place: any ground will do, and any direction.
+fn grain(
+    scatter: &Scatter,
+    around: &mut Around,
+    axes: &mut Lately<[Vec3; 2]>,
+    tile: &Exemplar,
+    level: Level,
+    place: DVec3,
+) -> Blended {
+    let mut sum = Sum::default();
+    scatter.visit(around, place, |piece| {
+        // Axes of the piece, not of the place: none are the same everywhere.
+        let [along, across] = axes.of(piece, || {
             let up = scatter.middle(piece).normalize_or(DVec3::Z).as_vec3();
-            let [along, across] = piece.turned(up.any_orthonormal_pair().into());
-            let shift = piece.shift();
-            let texel = exemplar::TEXEL_M / FINER as f32;
-            let at = [
-                piece.offset.dot(along) / texel + shift[0],
-                piece.offset.dot(across) / texel + shift[1],
-            ];
-            let (value, [x, y]) = tile.at(at, level);
-            let slope = (along * x + across * y) / texel;
-            sum.add(piece, value, slope, tile.error(level));
+            piece.turned(up.any_orthonormal_pair().into())
         });
-        sum.finish()
-    }
+        let shift = piece.shift();
+        let texel = exemplar::TEXEL_M / FINER as f32;
+        let at = [
+            piece.offset.dot(along) / texel + shift[0],
+            piece.offset.dot(across) / texel + shift[1],
+        ];
+        let (value, [x, y]) = tile.at(at, level);
+        let slope = (along * x + across * y) / texel;
+        sum.add(piece, value, slope, tile.error(level));
+    });
+    sum.finish()
 }
 
 struct Pile {

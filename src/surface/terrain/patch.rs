@@ -1,5 +1,4 @@
-//! What kind of ground a piece is, and how it is turned: what the history says of the piece's own place. Kept for
-//! pieces met lately, because a place's neighbours meet the same ones.
+//! What kind of ground a piece is, and how it is turned: what the history says of the piece's own place.
 
 use super::{
     Exemplars, Landform,
@@ -10,7 +9,7 @@ use super::{
 };
 use crate::simulation::{Crust, Orogeny, Surface};
 use crate::surface::raster::Raster;
-use glam::{IVec3, Vec3};
+use glam::Vec3;
 
 /// Time over which mountains grow old, in My.
 const AGEING_MY: f32 = 90.0;
@@ -18,8 +17,6 @@ const AGEING_MY: f32 = 90.0;
 const VOLCANIC_MY: f32 = 25.0;
 /// Continental crust thinner than this, in km, has been stretched.
 const STRETCHED_KM: f32 = 30.0;
-/// Pieces that are kept: a power of two, more than reach a tile of a few km.
-const KEPT: usize = 256;
 
 /// A piece of ground.
 #[derive(Clone, Copy)]
@@ -56,34 +53,6 @@ impl Patch {
             (self.along * x + self.across * y) / TEXEL_M,
             tile.error(level),
         )
-    }
-}
-
-/// Pieces met lately.
-pub(super) struct Patches(Vec<Option<(IVec3, Patch)>>);
-
-impl Patches {
-    pub fn new() -> Self {
-        Self(vec![None; KEPT])
-    }
-
-    pub fn of(
-        &mut self,
-        piece: &Reached,
-        scatter: &Scatter,
-        surface: &Surface,
-        raster: &Raster,
-        hint: u32,
-    ) -> Patch {
-        let slot = &mut self.0[piece.bits as usize % KEPT];
-        if let Some((cell, patch)) = slot
-            && *cell == piece.cell
-        {
-            return *patch;
-        }
-        let patch = describe(piece, scatter, surface, raster, hint);
-        *slot = Some((piece.cell, patch));
-        patch
     }
 }
 

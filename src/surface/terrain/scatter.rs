@@ -17,6 +17,70 @@ pub(super) struct Scatter {
     size: f64,
 }
 
+/// The cells around a cell, itself included, by rows.
+const CELLS: usize = 27;
+/// The way to each of them.
+const STEPS: [[f32; CELLS]; 3] = {
+    let mut steps = [[0.0; CELLS]; 3];
+    let mut i = 0;
+    while i < CELLS {
+        steps[0][i] = (i % 3) as f32 - 1.0;
+        steps[1][i] = (i / 3 % 3) as f32 - 1.0;
+        steps[2][i] = (i / 9) as f32 - 1.0;
+        i += 1;
+    }
+    steps
+};
+
+/// The pieces around the cell that was visited last.
+#[derive(Default)]
+pub(super) struct Around {
+    home: Option<IVec3>,
+    bits: [u64; CELLS],
+    /// See [`Scatter::jitter`], axis by axis: distances to all are worked out side by side.
+    jitter: [[f32; CELLS]; 3],
+}
+
+impl Around {
+    fn move_to(&mut self, scatter: &Scatter, home: IVec3) {
+        self.home = Some(home);
+        for i in 0..CELLS {
+            let step = STEPS.map(|axis| axis[i] as i32);
+            let bits = scatter.bits(home + IVec3::from(step));
+            let jitter = Scatter::jitter(bits).to_array();
+            self.bits[i] = bits;
+            for (of_all, jitter) in self.jitter.iter_mut().zip(jitter) {
+                of_all[i] = jitter;
+            }
+        }
+    }
+}
+
+/// Pieces that are kept: a power of two, more than reach a tile of a few km.
+const KEPT: usize = 256;
+
+/// What is known of pieces met lately: a place's neighbours meet the same ones.
+pub(super) struct Lately<T>(Vec<Option<(IVec3, T)>>);
+
+impl<T: Copy> Lately<T> {
+    pub fn new() -> Self {
+        Self(vec![None; KEPT])
+    }
+
+    /// What is known of a piece, or what is found out now.
+    pub fn of(&mut self, piece: &Reached, find_out: impl FnOnce() -> T) -> T {
+        let slot = &mut self.0[piece.bits as usize % KEPT];
+        if let Some((cell, known)) = slot
+            && *cell == piece.cell
+        {
+            return *known;
+        }
+        let found = find_out();
+        *slot = Some((piece.cell, found));
+        found
+    }
+}
+
 /// A piece that reaches a place.
 #[derive(Clone, Copy)]
 pub(super) struct Reached {
@@ -78,42 +142,37 @@ impl Scatter {
         Self { seed, size }
     }
 
-    /// Visits all pieces that reach a place, given in m from the planet's centre, always in the same order.
-    pub fn visit(&self, place: DVec3, mut visit: impl FnMut(&Reached)) {
+    /// Visits all pieces that reach a place, given in m from the planet's centre, always in the same order. Cheap
+    /// where the last place was in the same cell.
+    pub fn visit(&self, around: &mut Around, place: DVec3, mut visit: impl FnMut(&Reached)) {
         let scaled = place / self.size;
         let floor = scaled.floor();
         let home = floor.as_ivec3();
         let within = (scaled - floor).as_vec3() - Vec3::splat(0.5);
         let size = self.size as f32;
-        // Squares of the least distances along each axis to pieces of the cells before, here and after: most cells
-        // are too far away whatever their jitter.
-        let least = [within.x, within.y, within.z].map(|within| {
-            [-1.0, 0.0, 1.0].map(|step: f32| {
-                let apart = ((within - step).abs() - JITTER).max(0.0);
-                apart * apart
-            })
-        });
-        for z in 0..3 {
-            for y in 0..3 {
-                for x in 0..3 {
-                    if least[0][x] + least[1][y] + least[2][z] >= REACH * REACH {
-                        continue;
-                    }
-                    let step = IVec3::new(x as i32, y as i32, z as i32) - IVec3::ONE;
-                    let cell = home + step;
-                    let bits = self.bits(cell);
-                    let offset = within - step.as_vec3() - Self::jitter(bits);
-                    let left = 1.0 - offset.length_squared() / (REACH * REACH);
-                    if left > 0.0 {
-                        visit(&Reached {
-                            cell,
-                            bits,
-                            offset: offset * size,
-                            weight: left * left * left,
-                            weight_slope: offset * (-6.0 * left * left / (REACH * REACH * size)),
-                        });
-                    }
-                }
+        if around.home != Some(home) {
+            around.move_to(self, home);
+        }
+        let jitter = &around.jitter;
+        let mut left = [0.0; CELLS];
+        for (i, left) in left.iter_mut().enumerate() {
+            let x = within.x - STEPS[0][i] - jitter[0][i];
+            let y = within.y - STEPS[1][i] - jitter[1][i];
+            let z = within.z - STEPS[2][i] - jitter[2][i];
+            *left = 1.0 - (x * x + y * y + z * z) / (REACH * REACH);
+        }
+        for (i, left) in left.into_iter().enumerate() {
+            if left > 0.0 {
+                let at = |of: &[[f32; CELLS]; 3]| Vec3::new(of[0][i], of[1][i], of[2][i]);
+                let step = at(&STEPS);
+                let offset = within - step - at(jitter);
+                visit(&Reached {
+                    cell: home + step.as_ivec3(),
+                    bits: around.bits[i],
+                    offset: offset * size,
+                    weight: left * left * left,
+                    weight_slope: offset * (-6.0 * left * left / (REACH * REACH * size)),
+                });
             }
         }
     }
