@@ -3,11 +3,12 @@
 //! `cargo run --release --example flyover`
 //!
 //! `-- --record frames` writes numbered pictures in place of opening a window, `-- --measure` flies off screen as fast
-//! as it can and says what frames cost. With `--bevy-air` the air is Bevy's.
+//! as it can and says what frames cost. With `--bevy-air` the air is Bevy's, with `--no-shadows` mountains cast none.
 
 use bevy::{
     app::{PluginsState, TaskPoolOptions, TaskPoolPlugin, TaskPoolThreadAssignmentPolicy},
     camera::RenderTarget,
+    light::{CascadeShadowConfig, CascadeShadowConfigBuilder},
     math::DVec3,
     pbr::{AtmosphereMode, AtmosphereSettings},
     prelude::*,
@@ -30,7 +31,7 @@ use bevy_tectonics::{
 use clap::Parser;
 use core::{error::Error, time::Duration};
 use indicatif::ProgressBar;
-use libm::{cos, exp, log, sin};
+use libm::{cos, exp, exp2, log, log2, sin};
 use std::{
     fs::{self, File},
     io::BufWriter,
@@ -75,6 +76,9 @@ struct Arguments {
     /// Has Bevy's atmosphere drawn in place of the planet's own air.
     #[arg(long)]
     bevy_air: bool,
+    /// Has mountains cast no shadows.
+    #[arg(long)]
+    no_shadows: bool,
     /// A folder for numbered pictures.
     #[arg(long)]
     record: Option<PathBuf>,
@@ -165,7 +169,24 @@ fn setup(mut commands: Commands, arguments: Res<Arguments>, canvas: Option<Res<C
         });
         commands.entity(planet).insert(PlanetAtmosphere::default());
     }
-    commands.spawn(DirectionalLight::default());
+    commands.spawn(DirectionalLight {
+        shadow_maps_enabled: !arguments.no_shadows,
+        ..default()
+    });
+}
+
+/// How far shadows reach for a camera at an altitude in m above the ground.
+fn cascades(altitude: f64) -> CascadeShadowConfig {
+    // By steps of two, or shadows would shimmer all the way down.
+    let altitude = exp2(log2(altitude.max(1.0)).floor()) as f32;
+    CascadeShadowConfigBuilder {
+        // The ground nearest below the picture is about twice as far away as the ground below the camera.
+        first_cascade_far_bound: (4.0 * altitude).max(150.0),
+        // In the valley to the ranges around it, from above to where the air hides shadows.
+        maximum_distance: 60_000.0 + 20.0 * altitude,
+        ..default()
+    }
+    .build()
 }
 
 /// Looks for a valley below high mountains as soon as there are any.
@@ -239,8 +260,8 @@ fn find_valley(surface: &Surface) -> Result<(DVec3, DVec3)> {
 }
 
 impl Flight {
-    /// Place of the camera in m from the planet's centre, and where it looks.
-    fn pose(&self) -> Result<(DVec3, DVec3)> {
+    /// Place of the camera in m from the planet's centre, where it looks, and its altitude.
+    fn pose(&self) -> Result<(DVec3, DVec3, f64)> {
         let down = (self.progress / ARRIVAL).min(1.0);
         // Slower at both ends.
         let eased = down * down * (3.0 - 2.0 * down);
@@ -267,7 +288,7 @@ impl Flight {
         let look = target
             .normalize()
             .lerp(ahead, level * level * (3.0 - 2.0 * level));
-        Ok((place, look.normalize()))
+        Ok((place, look.normalize(), altitude))
     }
 }
 
@@ -294,16 +315,20 @@ fn fly(
     flight: Option<Res<Flight>>,
     mut cameras: Query<(&mut Viewpoint, &mut Transform), With<Camera3d>>,
     mut planets: Query<&mut Transform, (With<Planet>, Without<Camera3d>)>,
-    mut suns: Query<&mut Transform, (With<DirectionalLight>, Without<Planet>, Without<Camera3d>)>,
+    mut suns: Query<
+        (&mut Transform, &mut CascadeShadowConfig),
+        (Without<Planet>, Without<Camera3d>),
+    >,
 ) -> Result {
-    let (place_m, look, sun) = match &flight {
+    let (place_m, look, altitude, sun) = match &flight {
         Some(flight) => {
-            let (place, look) = flight.pose()?;
-            (place, look, flight.sun)
+            let (place, look, altitude) = flight.pose()?;
+            (place, look, altitude, flight.sun)
         }
         None => {
             let place = DVec3::new(1.0, -0.4, 0.3).normalize() * (RADIUS + ALTITUDES.0);
-            (place, -place.normalize(), DVec3::new(0.6, 0.8, 0.2))
+            let sun = DVec3::new(0.6, 0.8, 0.2);
+            (place, -place.normalize(), ALTITUDES.0, sun)
         }
     };
     // North is up from afar, up is up from near.
@@ -317,8 +342,9 @@ fn fly(
     for mut transform in &mut planets {
         transform.translation = -to_scene(place_m);
     }
-    for mut transform in &mut suns {
+    for (mut transform, mut shadows) in &mut suns {
         *transform = Transform::default().looking_to(-to_scene(sun), Vec3::Y);
+        *shadows = cascades(altitude);
     }
     Ok(())
 }

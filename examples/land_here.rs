@@ -5,6 +5,7 @@
 //! In orbit arrow keys turn the planet. On the ground they walk, Shift runs, Space jumps, Escape goes back to orbit.
 
 use bevy::{
+    light::{CascadeShadowConfig, CascadeShadowConfigBuilder},
     math::DVec3,
     prelude::*,
     tasks::{AsyncComputeTaskPool, Task, futures::check_ready},
@@ -16,7 +17,7 @@ use bevy_tectonics::{
     render::{PlanetTiles, Viewpoint},
     surface::{HeightField, Terrain, direction_of},
 };
-use libm::{cos, exp, log, sin};
+use libm::{cos, exp, exp2, log, log2, sin};
 
 /// Radius of the planet in m, and of the world.
 const RADIUS: f64 = 6.371e6;
@@ -131,13 +132,30 @@ fn setup(
         .id();
     let place_m = DVec3::X * (RADIUS + ORBIT);
     commands.spawn((Camera3d::default(), Viewpoint { planet, place_m }));
-    commands.spawn(DirectionalLight::default());
+    commands.spawn(DirectionalLight {
+        shadow_maps_enabled: true,
+        ..default()
+    });
     commands.spawn((
         Walker,
         Mesh3d(meshes.add(Capsule3d::new(0.35, 1.1))),
         MeshMaterial3d(materials.add(Color::srgb(0.85, 0.25, 0.10))),
         Visibility::Hidden,
     ));
+}
+
+/// How far shadows reach for a camera at an altitude in m above the ground.
+fn cascades(altitude: f64) -> CascadeShadowConfig {
+    // By steps of two, or shadows would shimmer all the way down.
+    let altitude = exp2(log2(altitude.max(1.0)).floor()) as f32;
+    CascadeShadowConfigBuilder {
+        // Around the walker as finely as its own shadow wants.
+        first_cascade_far_bound: (4.0 * altitude).max(40.0),
+        // To the ranges on the horizon.
+        maximum_distance: 60_000.0 + 20.0 * altitude,
+        ..default()
+    }
+    .build()
 }
 
 /// A click in orbit begins the flight.
@@ -307,25 +325,28 @@ fn look(
     growth: Query<&Growth>,
     mut cameras: Query<(&mut Viewpoint, &mut Transform), With<Camera3d>>,
     mut planets: Query<&mut Transform, (With<Planet>, Without<Camera3d>)>,
-    mut suns: Query<&mut Transform, (With<DirectionalLight>, Without<Planet>, Without<Camera3d>)>,
+    mut suns: Query<
+        (&mut Transform, &mut CascadeShadowConfig),
+        (Without<Planet>, Without<Camera3d>),
+    >,
     mut walkers: Query<
         (&mut Transform, &mut Visibility),
         (
             With<Walker>,
-            Without<DirectionalLight>,
+            Without<CascadeShadowConfig>,
             Without<Planet>,
             Without<Camera3d>,
         ),
     >,
     mut windows: Query<&mut Window>,
 ) {
-    let (place_m, forward, head, feet) = match *journey {
+    let (place_m, forward, head, feet, altitude) = match *journey {
         Journey::Orbit {
             latitude,
             longitude,
         } => {
             let up = direction_of(latitude, longitude);
-            (up * (RADIUS + ORBIT), -up, DVec3::Z, None)
+            (up * (RADIUS + ORBIT), -up, DVec3::Z, None, ORBIT)
         }
         Journey::Descent { from, to, progress } => {
             let eased = progress * progress * (3.0 - 2.0 * progress);
@@ -346,6 +367,7 @@ fn look(
                 forward.normalize(),
                 DVec3::Z.lerp(heading, (4.0 * eased).min(1.0)),
                 None,
+                altitude,
             )
         }
         Journey::Ground {
@@ -359,7 +381,7 @@ fn look(
             let below = collider.elevation(back).unwrap_or(height).max(0.0) + 0.8;
             let place = back * (RADIUS + (height + BEHIND.0).max(below));
             let forward = (feet + up * 1.2 - place).normalize();
-            (place, forward, up, Some(feet))
+            (place, forward, up, Some(feet), BEHIND.0)
         }
     };
     for (mut viewpoint, mut transform) in &mut cameras {
@@ -369,7 +391,8 @@ fn look(
     for mut transform in &mut planets {
         transform.translation = -to_scene(place_m);
     }
-    for mut transform in &mut suns {
+    for (mut transform, mut shadows) in &mut suns {
+        *shadows = cascades(altitude);
         // An eternal forenoon wherever the traveller is.
         let up = place_m.normalize();
         let sun = up * 0.6 + DVec3::Z.cross(up).normalize_or(up.any_orthonormal_vector());

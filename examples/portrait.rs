@@ -1,7 +1,7 @@
 //! A picture of a planet, drawn off screen: from afar, or from close above its ground.
 //!
 //! `cargo run --release --example portrait -- --seed 11 --duration 150 --out portrait.png`
-//! `cargo run --release --example portrait -- --altitude 3000 --heading 90 --pitch -5`
+//! `cargo run --release --example portrait -- --altitude 3000 --heading 90 --pitch -5 --shadows`
 //! `cargo run --release --example portrait -- --bevy-air`, or any of these with it: the air is Bevy's
 
 #[expect(dead_code, reason = "each uses a part of it")]
@@ -80,6 +80,9 @@ struct Arguments {
     /// How high the sun stands above its ground, in degrees. It is in the west.
     #[arg(long, default_value_t = 30.0, allow_hyphen_values = true)]
     sun_height: f64,
+    /// Mountains cast shadows, where the camera is above the ground.
+    #[arg(long)]
+    shadows: bool,
     /// How far the sun stands to the east of the camera, in degrees.
     #[arg(long, default_value_t = -38.0, allow_hyphen_values = true)]
     sun_east: f64,
@@ -187,7 +190,9 @@ fn portray(arguments: &Arguments) -> Result<(), String> {
             .map_err(|error| error.to_string())?
             .elevation
             .max(0.0);
-        let height_m = f64::from(ground) + altitude_m.clamp(1.0, 3e6);
+        let altitude_m = altitude_m.clamp(1.0, 3e6);
+        let height_m = f64::from(ground) + altitude_m;
+        studio.shadows(arguments.shadows, altitude_m as f32);
         studio.look(Look {
             place_m: up * (1000.0 * surface.radius_km + height_m),
             forward: toward(arguments.heading, arguments.pitch.clamp(-89.0, 89.0)),

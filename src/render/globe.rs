@@ -68,6 +68,8 @@ pub(super) struct Close {
     pub share: f32,
     /// Distance within which a tile is split, in sides of it.
     pub reach: f32,
+    /// Where the camera is that they are placed around, in the world.
+    pub eye: Vec3,
 }
 
 /// One set of textures.
@@ -310,7 +312,11 @@ impl Globe {
             return;
         };
         let (a, b) = (&self.maps[self.blend.from], &self.maps[self.blend.to]);
-        let uniform = self.uniform(view, air, &a.stamp, &b.stamp);
+        let mut uniform = self.uniform(view, air, &a.stamp, &b.stamp);
+        // Only shadow maps want to know: else a camera that moves would change the material in every frame.
+        if lighting.shadows {
+            uniform.eye = self.close.eye;
+        }
         if before.uniform == uniform
             && before.lighting == lighting
             && before.relief_b == b.relief
@@ -367,6 +373,7 @@ impl Globe {
             tiles: self.close.share,
             reach: self.close.reach,
             radius_km: radius_km as f32,
+            eye: Vec3::ZERO,
             air: air.uniform(radius_km),
             tints: self.tints,
         }

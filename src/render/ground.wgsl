@@ -34,6 +34,7 @@ struct Planet {
     tiles: f32,
     reach: f32,
     radius_km: f32,
+    eye: vec3<f32>,
     air: vec4<f32>,
     tints: Tints,
 }

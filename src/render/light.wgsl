@@ -16,6 +16,8 @@
 // Roughness of the sea as Bevy counts it: waves spread the sun's reflection.
 const WATER: f32 = 0.40;
 const FRAC_1_PI: f32 = 0.31830989;
+// Share of a light's normal bias.
+const BIAS: f32 = 0.25;
 
 // How much of the light from a direction the sea reflects to the viewer.
 fn glint(N: vec3<f32>, V: vec3<f32>, to_light: vec3<f32>) -> f32 {
@@ -52,8 +54,10 @@ fn lit(in: PbrInput, wet: f32) -> vec3<f32> {
         if (in.flags & MESH_FLAGS_SHADOW_RECEIVER_BIT) != 0u
             && (lights.directional_lights[i].flags & DIRECTIONAL_LIGHT_FLAGS_SHADOWS_ENABLED_BIT) != 0u {
             let view_z = (view.view_from_world * in.world_position).z;
+            // Ground that the sun shines on is not in its maps: a fraction of Bevy's bias is enough, and all of it, as far
+            // up as several texels are wide, would cut shadows short.
             shadow *= shadows::fetch_directional_shadow(
-                i, in.world_position, in.world_normal, view_z, in.frag_coord.xy,
+                i, in.world_position, BIAS * in.world_normal, view_z, in.frag_coord.xy,
             );
         }
 #endif

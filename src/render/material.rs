@@ -20,8 +20,10 @@ pub(super) fn plugin(app: &mut App) {
     load_shader_library!(app, "detail.wgsl");
     load_shader_library!(app, "light.wgsl");
     load_shader_library!(app, "ground.wgsl");
+    load_shader_library!(app, "lift.wgsl");
     load_shader_library!(app, "tile.wgsl");
     embedded_asset!(app, "planet.wgsl");
+    embedded_asset!(app, "shadow.wgsl");
     embedded_asset!(app, "sky.wgsl");
     app.add_plugins((
         MaterialPlugin::<PlanetMaterial>::default(),
@@ -99,6 +101,8 @@ pub(super) struct PlanetUniform {
     pub reach: f32,
     /// Radius in km.
     pub radius_km: f32,
+    /// Where the camera is that tiles are placed around, in the world, if any sun casts shadows.
+    pub eye: Vec3,
     /// Optical depth of the air straight up for red, green and blue, and its scale height in radii.
     pub air: Vec4,
     pub tints: Tints,
@@ -113,13 +117,19 @@ impl Material for PlanetMaterial {
         shader("planet.wgsl")
     }
 
-    // Neither pass would know of the displaced ground.
+    /// Used for shadow maps alone.
+    fn prepass_vertex_shader() -> ShaderRef {
+        shader("shadow.wgsl")
+    }
+
+    // The main pass discards pixels, a prepass would not.
     fn enable_prepass() -> bool {
         false
     }
 
+    // Tiles cast them; the sphere is marked as one that does not.
     fn enable_shadows() -> bool {
-        false
+        cfg!(feature = "terrain")
     }
 
     fn specialize(
@@ -139,6 +149,12 @@ impl Material for PlanetMaterial {
                 tiles::PLACE.at_shader_location(5),
             ])?];
             let tiles = bevy::shader::ShaderDefVal::from("PLANET_TILES");
+            let shadows = bevy::shader::ShaderDefVal::from("PREPASS_PIPELINE");
+            if descriptor.vertex.shader_defs.contains(&shadows) {
+                // Only slopes that look away from the sun: ground that it shines on cannot stain itself, and what
+                // lies beyond a ridge is as dark.
+                descriptor.primitive.cull_mode = Some(Face::Front);
+            }
             descriptor.vertex.shader_defs.push(tiles.clone());
             if let Some(fragment) = &mut descriptor.fragment {
                 fragment.shader_defs.push(tiles);

@@ -12,7 +12,8 @@
 //!
 //! # Limits
 //!
-//! * Planets cast no shadows, and they are missing from depth prepasses.
+//! * Only tiles cast shadows, on the ground around the camera: a planet casts none as a whole. Neither is in depth
+//!   prepasses.
 //! * The glow of the air knows directional lights only.
 //! * The air is drawn round: a `Transform` that squashes the planet does not squash it.
 //! * Tiles (`PlanetTiles`) follow the planet's `Transform`, but its scale must be even; they are in no render layers.

@@ -1,9 +1,9 @@
 // Land and sea of a planet. The ground comes from cube maps of two snapshots, A and B.
 #ifdef PLANET_TILES
-#import bevy_tectonics::tile
+#import bevy_tectonics::{lift, tile}
 
 @vertex
-fn vertex(in: tile::Vertex) -> tile::Point {
+fn vertex(in: lift::Vertex) -> tile::Point {
     return tile::lift(in);
 }
 

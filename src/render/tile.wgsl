@@ -10,23 +10,10 @@
 }
 #import bevy_tectonics::{air, bevy_air, detail, ground, light}
 #import bevy_tectonics::ground::planet
+#import bevy_tectonics::lift::{Vertex, is_sea, shape}
 
-// Length of a side of the largest tiles, in radii.
-const SPAN: f32 = 1.5707963;
-// Share of the distance at which a tile gives way to its parent where its vertices begin to glide.
-const GLIDE: f32 = 0.8;
 // In m, after which places repeat.
 const PERIOD: f32 = 8192.0;
-
-struct Vertex {
-    @builtin(instance_index) instance_index: u32,
-    @location(0) position: vec3<f32>,
-    @location(1) up: vec3<f32>,
-    @location(2) slope: vec3<f32>,
-    @location(3) coarse_slope: vec3<f32>,
-    @location(4) heights: vec4<f32>,
-    @location(5) place: vec3<f32>,
-}
 
 struct Point {
     @builtin(position) position: vec4<f32>,
@@ -40,29 +27,15 @@ struct Point {
     @location(5) @interpolate(flat) instance_index: u32,
 }
 
-fn is_sea(tag: u32) -> bool {
-    return (tag >> 31u) == 1u;
-}
-
 fn lift(in: Vertex) -> Point {
     var out: Point;
-    let tag = mesh_functions::get_tag(in.instance_index);
-    let world_from_local = mesh_functions::get_world_from_local(in.instance_index);
-    let radius = length(world_from_local[0].xyz);
-    // Towards the distance where the parent is drawn, each vertex glides to the parent's ground.
-    let own = world_from_local * vec4(in.position + in.up * (planet.height * in.heights.x), 1.0);
-    let size = SPAN * exp2(-f32(tag & 31u));
-    let distance = distance(view.world_position, own.xyz) / (radius * size * 2.0 * planet.reach);
-    let age = f32((tag >> 8u) & 255u) / 255.0;
-    let coarse = max(saturate((distance - GLIDE) / (1.0 - GLIDE)), 1.0 - age);
-    out.height = mix(in.heights.x, in.heights.y, coarse);
-    out.slope = mix(in.slope, in.coarse_slope, coarse);
-    let drawn = select(out.height, planet.sea, is_sea(tag));
-    let lifted = planet.height * drawn - coarse * in.heights.z - in.heights.w * max(planet.height * planet.radius_km, 1.0);
-    out.world_position = world_from_local * vec4(in.position + in.up * lifted, 1.0);
+    let seen = shape(in, view.world_position);
+    out.world_position = seen.world_position;
     out.position = position_world_to_clip(out.world_position.xyz);
     out.direction = in.up;
+    out.slope = mix(in.slope, in.coarse_slope, seen.coarse);
     out.place = in.place;
+    out.height = seen.height;
     out.instance_index = in.instance_index;
     return out;
 }

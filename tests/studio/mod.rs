@@ -4,6 +4,7 @@ use bevy::{
     app::{PluginsState, TaskPoolOptions, TaskPoolPlugin, TaskPoolThreadAssignmentPolicy},
     asset::RenderAssetUsages,
     camera::RenderTarget,
+    light::CascadeShadowConfigBuilder,
     math::DVec3,
     pbr::{AtmosphereMode, AtmosphereSettings},
     prelude::*,
@@ -169,6 +170,29 @@ impl Studio {
             ..default()
         };
         self.dress(PlanetAtmosphere::default(), settings);
+    }
+
+    /// Whether the sun casts shadows, on ground that is so many m below the camera, in a world of metres.
+    pub fn shadows(&mut self, on: bool, height_m: f32) {
+        let cascades = CascadeShadowConfigBuilder {
+            first_cascade_far_bound: (4.0 * height_m).max(150.0),
+            maximum_distance: 60_000.0 + 20.0 * height_m,
+            ..default()
+        };
+        let light = DirectionalLight {
+            shadow_maps_enabled: on,
+            ..default()
+        };
+        let world = self.app.world_mut();
+        world.entity_mut(self.sun).insert((light, cascades.build()));
+    }
+
+    /// Moves planet and camera through the world together.
+    pub fn shift(&mut self, offset: Vec3) {
+        let world = self.app.world_mut();
+        for entity in [self.planet, self.camera] {
+            world.get_mut::<Transform>(entity).unwrap().translation += offset;
+        }
     }
 
     /// Lights the scene in place of the sun.

@@ -17,7 +17,7 @@ use crate::{
 };
 use bevy::{
     camera::{primitives::Aabb, visibility::NoAutoAabb},
-    light::{NotShadowCaster, NotShadowReceiver},
+    light::NotShadowCaster,
     math::DVec3,
     mesh::MeshTag,
     platform::collections::HashMap,
@@ -329,21 +329,20 @@ impl Forest {
                     MeshMaterial3d(scene.material.clone()),
                     MeshTag(tag | flag),
                     transform,
-                    (
-                        Visibility::Hidden,
-                        NotShadowCaster,
-                        NotShadowReceiver,
-                        NoAutoAabb,
-                    ),
+                    Visibility::Hidden,
+                    NoAutoAabb,
                     Aabb::default(),
                 );
-                Some(commands.spawn(part).id())
+                commands.spawn(part).id()
             };
             if ground && node.ground.is_none() {
-                node.ground = part("Tile of ground", 0);
+                node.ground = Some(part("Tile of ground", 0));
             }
             if sea && node.sea.is_none() {
-                node.sea = part("Tile of sea", SEA);
+                let sea = part("Tile of sea", SEA);
+                // Nothing lies below it that light could reach.
+                commands.entity(sea).insert(NotShadowCaster);
+                node.sea = Some(sea);
             }
         }
     }

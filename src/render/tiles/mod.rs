@@ -36,6 +36,36 @@ pub(super) use tile::{COARSE_SLOPE, HEIGHTS, PLACE, SLOPE, UP};
 /// Heights are drawn as [`PlanetView::exaggeration`] says; only 1 is true to scale. While a history goes on, the
 /// planet is drawn without tiles; they come back when it rests.
 ///
+/// # Shadows
+///
+/// Mountains shadow valleys as soon as a sun has [`DirectionalLight::shadow_maps_enabled`]. How far and how finely
+/// says its [`CascadeShadowConfig`](bevy::light::CascadeShadowConfig), in units of the world. Bevy's default ends
+/// after 150 units; over ground to scale, shadows have to reach as far as mountains are seen:
+///
+/// ```
+/// use bevy::{light::CascadeShadowConfigBuilder, prelude::*};
+///
+/// /// A sun for a camera so many m above the ground, in a world of metres.
+/// fn sun(height_m: f32) -> impl Bundle {
+///     let cascades = CascadeShadowConfigBuilder {
+///         // What is seen nearest below the camera, a few times as far as the ground.
+///         first_cascade_far_bound: (4.0 * height_m).max(150.0),
+///         // To the mountains on the horizon.
+///         maximum_distance: 60_000.0 + 20.0 * height_m,
+///         ..default()
+///     };
+///     let light = DirectionalLight { shadow_maps_enabled: true, ..default() };
+///     (light, cascades.build())
+/// }
+/// # let _ = sun(2.0);
+/// ```
+///
+/// Where a camera comes down from orbit, set the cascades anew as it does, by steps of two: `examples/flyover.rs`.
+/// Bevy's biases suit ground to scale. In a smaller world, `shadow_depth_bias`, 0.02 units, may be kilometres: set it
+/// to 0. Cascades are whole units wide, so shadows on a planet of radius 1 are coarser than its mountains; give it a
+/// radius of 1,000 at least. Where several cameras look, shadows have the shapes of tiles that one of them sees: the
+/// nearest, or one with a [`Viewpoint`].
+///
 /// ```
 /// use bevy::prelude::*;
 /// use bevy_tectonics::{prelude::*, render::PlanetTiles};
@@ -316,6 +346,7 @@ fn tend(
         globe.close = Close {
             share: forest.share,
             reach: scene.reach() as f32,
+            eye: outlook.anchor.0,
         };
         drawn.set_if_neq(now);
     }
