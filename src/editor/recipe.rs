@@ -282,7 +282,7 @@ fn start(ui: &mut Ui, start: &mut Start) -> bool {
                  that of the recipe.";
     let image = "An imported height map: a PNG, grey, equirectangular.";
     let ways = [
-        (0, "Flood fill", flood),
+        (0, "Flood", flood),
         (1, "Voronoi", voronoi),
         (2, "Curve", curve),
         (3, "Image", image),
