@@ -36,6 +36,19 @@ pub(super) use tile::{COARSE_SLOPE, HEIGHTS, PLACE, SLOPE, UP};
 /// Heights are drawn as [`PlanetView::exaggeration`] says; only 1 is true to scale. While a history goes on, the
 /// planet is drawn without tiles; they come back when it rests.
 ///
+/// ```
+/// use bevy::prelude::*;
+/// use bevy_tectonics::{prelude::*, render::PlanetTiles};
+///
+/// fn setup(mut commands: Commands) {
+///     commands.spawn((
+///         Planet::new(Recipe::earth_like(7)).with_radius(6.371e6),
+///         PlanetView { exaggeration: 1.0, ..default() },
+///         PlanetTiles::default(),
+///     ));
+/// }
+/// ```
+///
 /// # Shadows
 ///
 /// Mountains shadow valleys as soon as a sun has [`DirectionalLight::shadow_maps_enabled`]. How far and how finely
@@ -65,19 +78,6 @@ pub(super) use tile::{COARSE_SLOPE, HEIGHTS, PLACE, SLOPE, UP};
 /// to 0. Cascades are whole units wide, so shadows on a planet of radius 1 are coarser than its mountains; give it a
 /// radius of 1,000 at least. Where several cameras look, shadows have the shapes of tiles that one of them sees: the
 /// nearest, or one with a [`Viewpoint`].
-///
-/// ```
-/// use bevy::prelude::*;
-/// use bevy_tectonics::{prelude::*, render::PlanetTiles};
-///
-/// fn setup(mut commands: Commands) {
-///     commands.spawn((
-///         Planet::new(Recipe::earth_like(7)).with_radius(6.371e6),
-///         PlanetView { exaggeration: 1.0, ..default() },
-///         PlanetTiles::default(),
-///     ));
-/// }
-/// ```
 #[derive(Component, Debug, Clone, Copy, PartialEq, Reflect)]
 #[reflect(Component, Default)]
 #[require(Tiling, TilesDrawn)]

@@ -44,8 +44,8 @@ pub(super) fn hills(
     (value, along * slope[0] + across * slope[1], error)
 }
 
-/// Sine and cosine of an angle in turns, at most a thousand, to 2e-7: libm's, which are good to the last bit, cost
-/// three times as much, and a sample of sea floor takes two dozen of them.
+/// Sine and cosine of an angle in turns, at most a thousand, to 3e-7: a sample of sea floor takes two dozen of them,
+/// and libm's, which are good to the last bit, took 600 instructions more a sample on average.
 fn sine_cosine(turns: f32) -> (f32, f32) {
     // Made positive, a cast rounds down, faster than a call does.
     const UP: i32 = 1 << 12;

@@ -56,7 +56,7 @@ impl Around {
     }
 }
 
-/// Pieces that are kept: a power of two, more than reach a tile of a few km.
+/// Pieces that are kept: a power of two, more of the larger ones than reach a tile of a few km.
 const KEPT: usize = 256;
 
 /// What is known of pieces met lately: a place's neighbours meet the same ones.
