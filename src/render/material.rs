@@ -143,10 +143,8 @@ impl Material for PlanetMaterial {
             descriptor.vertex.buffers = vec![layout.0.get_layout(&[
                 Mesh::ATTRIBUTE_POSITION.at_shader_location(0),
                 tiles::UP.at_shader_location(1),
-                tiles::SLOPE.at_shader_location(2),
-                tiles::COARSE_SLOPE.at_shader_location(3),
-                tiles::HEIGHTS.at_shader_location(4),
-                tiles::PLACE.at_shader_location(5),
+                tiles::SLOPES.at_shader_location(2),
+                tiles::HEIGHTS.at_shader_location(3),
             ])?];
             let tiles = bevy::shader::ShaderDefVal::from("PLANET_TILES");
             let shadows = bevy::shader::ShaderDefVal::from("PREPASS_PIPELINE");

@@ -4,7 +4,7 @@
 
 @vertex
 fn vertex(in: lift::Vertex) -> tile::Point {
-    return tile::lift(in);
+    return tile::raise(in);
 }
 
 @fragment

@@ -1,5 +1,6 @@
 // Tiles in shadow maps: where the light of a sun ends.
 #import bevy_pbr::{
+    mesh_functions,
     prepass_io::VertexOutput,
     view_transformations::position_world_to_clip,
 }
@@ -9,7 +10,8 @@
 fn vertex(in: lift::Vertex) -> VertexOutput {
     var out: VertexOutput;
     // The view is the light's: tiles have the shape that the camera sees.
-    out.world_position = lift::shape(in, planet.eye).world_position;
+    let here = lift::tile(mesh_functions::get_tag(in.instance_index));
+    out.world_position = lift::shape(in, here, planet.eye).world_position;
     out.position = position_world_to_clip(out.world_position.xyz);
 #ifdef UNCLIPPED_DEPTH_ORTHO_EMULATION
     // What stands between the sun and the map is not cut off, as in Bevy's `prepass.wgsl`.

@@ -8,12 +8,8 @@
     pbr_types,
     pbr_functions,
 }
-#import bevy_tectonics::{air, bevy_air, detail, ground, light}
+#import bevy_tectonics::{air, bevy_air, detail, ground, lift, light}
 #import bevy_tectonics::ground::planet
-#import bevy_tectonics::lift::{Vertex, is_sea, shape}
-
-// In m, after which places repeat.
-const PERIOD: f32 = 8192.0;
 
 struct Point {
     @builtin(position) position: vec4<f32>,
@@ -27,14 +23,15 @@ struct Point {
     @location(5) @interpolate(flat) instance_index: u32,
 }
 
-fn lift(in: Vertex) -> Point {
+fn raise(in: lift::Vertex) -> Point {
     var out: Point;
-    let seen = shape(in, view.world_position);
+    let here = lift::tile(mesh_functions::get_tag(in.instance_index));
+    let seen = lift::shape(in, here, view.world_position);
     out.world_position = seen.world_position;
     out.position = position_world_to_clip(out.world_position.xyz);
     out.direction = in.up;
-    out.slope = mix(in.slope, in.coarse_slope, seen.coarse);
-    out.place = in.place;
+    out.slope = lift::slope(in, seen.coarse);
+    out.place = here.origin + 1000.0 * planet.radius_km * in.position;
     out.height = seen.height;
     out.instance_index = in.instance_index;
     return out;
@@ -44,7 +41,7 @@ fn lift(in: Vertex) -> Point {
 fn grain(place: vec3<f32>, footprint: f32) -> vec4<f32> {
     var sum = vec4(0.0);
     for (var cells = 128; cells <= 8192; cells *= 4) {
-        let size = PERIOD / f32(cells);
+        let size = lift::PERIOD / f32(cells);
         let strength = saturate(1.0 - 2.0 * footprint / size);
         if strength > 0.0 {
             let here = detail::repeated(place / size, cells - 1);
@@ -99,13 +96,13 @@ fn waves(place: vec3<f32>, direction: vec3<f32>, footprint: f32) -> vec3<f32> {
     var sum = vec3(0.0);
     for (var i = 0; i < 12; i += 1) {
         let count = length(crests[i]);
-        let size = PERIOD / count;
+        let size = lift::PERIOD / count;
         let strength = saturate(1.0 - 3.0 * footprint / size);
         if strength > 0.0 {
             // Waves in deep water; few run against the wind.
             let along = crests[i] / count;
             let lee = dot(along, wind);
-            let phase = 6.2831853 * fract(dot(crests[i], place) / PERIOD);
+            let phase = 6.2831853 * fract(dot(crests[i], place) / lift::PERIOD);
             let turn = sqrt(9.81 * 6.2831853 / size) * globals.time;
             let ahead = 0.01 + 0.07 * saturate(lee) * saturate(lee);
             let back = 0.01 + 0.07 * saturate(-lee) * saturate(-lee);
@@ -119,7 +116,7 @@ fn shade(in: Point) -> vec4<f32> {
     if planet.tiles < 1.0 && !ground::is_tiled(in.position.xy) {
         discard;
     }
-    let sea = is_sea(mesh_functions::get_tag(in.instance_index));
+    let sea = lift::tile(mesh_functions::get_tag(in.instance_index)).is_sea;
     // In km.
     let depth = planet.sea - in.height;
     if sea == (depth <= 0.0) {

@@ -4,7 +4,7 @@ use super::{
     Outlook, PlanetTiles, SEA, TilesDrawn,
     address::{Address, Bounds, DEEPEST, QUADS},
     choice::{Choice, Eyes, LEAST_REACH},
-    tile::{Tile, grow},
+    tile::{Tile, grow, origin},
 };
 use crate::{
     planet::PlanetView,
@@ -60,6 +60,8 @@ impl Scene<'_> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Measure {
     exaggeration: f32,
+    /// Radius of the planet in m.
+    radius_m: f64,
     /// Radii per m of elevation.
     scale: f64,
     /// Elevation of the sea in m, where there is one.
@@ -69,9 +71,11 @@ struct Measure {
 impl Measure {
     fn of(view: &PlanetView, surface: &Surface) -> Self {
         let exaggeration = exaggeration(view);
+        let radius_m = 1000.0 * surface.radius_km;
         Self {
             exaggeration,
-            scale: f64::from(exaggeration) / (1000.0 * surface.radius_km),
+            radius_m,
+            scale: f64::from(exaggeration) / radius_m,
             sea: sea_level_m(view),
         }
     }
@@ -85,14 +89,18 @@ impl Measure {
         let [low, high] = tile.range;
         let sea = self.sea.unwrap_or(low);
         let address = tile.address;
+        let (origin, phase) = origin(address, self.radius_m);
         let skirt = address.size() / f64::from(QUADS / 2) * f64::from(self.exaggeration).max(1.0);
         let floor = self.radius(low.min(sea)) - skirt;
         let drawn = Bounds::new(address, floor, self.radius(high.max(sea)));
         Extent {
             measure: *self,
+            origin,
+            phase,
             middle: address.middle(),
+            steepest: tile.steepest * self.exaggeration,
             ground: Bounds::new(address, self.radius(low), self.radius(high)),
-            drawn: drawn.around(address.middle()),
+            drawn: drawn.around(origin),
             shows: match self.sea {
                 Some(level) => [high >= level, low <= level],
                 None => [true, false],
@@ -105,12 +113,25 @@ impl Measure {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Extent {
     measure: Measure,
-    pub middle: DVec3,
+    /// Where its vertices are counted from, in radii, and where in a period that is.
+    pub origin: DVec3,
+    phase: [u32; 3],
+    middle: DVec3,
+    /// Slope of its steepest triangle as it is drawn, in m per m.
+    steepest: f32,
     ground: Bounds,
-    /// A box around all that may be drawn of it, relative to its middle.
+    /// A box around all that may be drawn of it, relative to its origin.
     pub drawn: Aabb,
     /// Whether there is ground above the sea, and sea.
     pub shows: [bool; 2],
+}
+
+impl Extent {
+    /// Whether a sun in this direction, in the space of the planet's `Transform`, leaves any of its ground in the dark.
+    pub fn has_shade(&self, address: Address, sun: DVec3) -> bool {
+        let height = libm::asin(self.middle.dot(sun).clamp(-1.0, 1.0)) - address.size();
+        height <= 0.0 || libm::tan(height) <= f64::from(self.steepest)
+    }
 }
 
 pub(super) struct Forest {
@@ -148,10 +169,12 @@ pub(super) struct Node {
 struct Growing(Task<Result<(Tile, Mesh), SurfaceError>>);
 
 impl Node {
-    /// What the shader wants to know of a tile: its level, and how far it has come from its parent's shape.
+    /// What the shader wants to know of a tile: its level, how far it has come from its parent's shape, and where in
+    /// a period its origin lies. Mirrored in `lift.wgsl`.
     pub fn tag(&self, address: Address) -> u32 {
         let glide = (self.seconds / GLIDE_S).clamp(0.0, 1.0);
-        u32::from(address.level) | (((255.0 * glide) as u32) << 8)
+        let [x, y, z] = self.extent.phase;
+        u32::from(address.level) | ((255.0 * glide) as u32) << 5 | x << 13 | y << 19 | z << 25
     }
 }
 
@@ -321,7 +344,7 @@ impl Forest {
             node.frame = self.frame;
             let [ground, sea] = node.extent.shows;
             let (tag, mesh) = (node.tag(address), node.mesh.clone());
-            let transform = scene.outlook.transform(node.extent.middle);
+            let transform = scene.outlook.transform(node.extent.origin);
             let mut part = |name: &'static str, flag| {
                 let part = (
                     Name::new(name),
@@ -386,5 +409,43 @@ impl Node {
                 part.try_despawn();
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simulation::{History, Recipe};
+
+    #[test]
+    fn only_ground_steeper_than_sunbeams_has_shade() {
+        let recipe = Recipe::earth_like(7).with_sub_plates(500);
+        let surface = History::new(recipe).unwrap().surface().unwrap();
+        let address = Address {
+            level: 9,
+            face: 2,
+            x: 100,
+            y: 300,
+        };
+        let (tile, _) = grow(&surface, address, None).unwrap();
+        let extent = |exaggeration| {
+            let view = PlanetView {
+                exaggeration,
+                ..default()
+            };
+            Measure::of(&view, &surface).extent(&tile)
+        };
+        let up = address.middle();
+        let east = up.any_orthonormal_vector();
+        let sun = |degrees: f64| {
+            up * libm::sin(degrees.to_radians()) + east * libm::cos(degrees.to_radians())
+        };
+        let plain = extent(1.0);
+        assert!(plain.steepest > 0.0);
+        let steepest = libm::atan(f64::from(plain.steepest)).to_degrees();
+        assert!(!plain.has_shade(address, sun(steepest + 1.0)));
+        assert!(plain.has_shade(address, sun(steepest - 1.0)));
+        assert!(plain.has_shade(address, sun(-5.0)));
+        assert!(extent(40.0).has_shade(address, sun(steepest + 1.0)));
     }
 }

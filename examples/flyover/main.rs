@@ -5,41 +5,27 @@
 //! `-- --record frames` writes numbered pictures in place of opening a window, `-- --measure` flies off screen as fast
 //! as it can and says what frames cost. With `--bevy-air` the air is Bevy's, with `--no-shadows` mountains cast none.
 
+mod measure;
+mod off_screen;
+
 use bevy::{
-    app::{PluginsState, TaskPoolOptions, TaskPoolPlugin, TaskPoolThreadAssignmentPolicy},
+    app::{TaskPoolOptions, TaskPoolPlugin, TaskPoolThreadAssignmentPolicy},
     camera::RenderTarget,
     light::{CascadeShadowConfig, CascadeShadowConfigBuilder},
     math::DVec3,
     pbr::{AtmosphereMode, AtmosphereSettings},
     prelude::*,
-    render::{
-        pipelined_rendering::PipelinedRenderingPlugin,
-        render_resource::{PollType, TextureFormat},
-        renderer::RenderDevice,
-        view::screenshot::{Screenshot, ScreenshotCaptured},
-    },
-    window::ExitCondition,
-    winit::WinitPlugin,
 };
 use bevy_tectonics::{
     planet::to_scene,
     prelude::*,
-    render::{Drawn, PlanetAtmosphere, PlanetTiles, TilesDrawn, Viewpoint},
+    render::{Drawn, PlanetAtmosphere, PlanetTiles, Viewpoint},
     simulation::Orogeny,
     surface::{Terrain, east_north},
 };
 use clap::Parser;
-use core::{error::Error, time::Duration};
-use indicatif::ProgressBar;
 use libm::{cos, exp, exp2, log, log2, sin};
-use std::{
-    fs::{self, File},
-    io::BufWriter,
-    path::{Path, PathBuf},
-    process::ExitCode,
-    sync::{Arc, Mutex, PoisonError},
-    time::Instant,
-};
+use std::{path::PathBuf, process::ExitCode, sync::Arc};
 
 /// Radius of the planet in m, and of the world.
 const RADIUS: f64 = 6.371e6;
@@ -106,7 +92,7 @@ struct Canvas(Handle<Image>);
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let result = if arguments.record.is_some() || arguments.measure {
-        fly_off_screen(&arguments)
+        off_screen::fly(&arguments)
     } else {
         App::new()
             .add_plugins((DefaultPlugins.set(tasks()), TectonicsPlugins))
@@ -347,192 +333,4 @@ fn fly(
         *shadows = cascades(altitude);
     }
     Ok(())
-}
-
-/// Draws to an image in place of a window.
-fn fly_off_screen(arguments: &Arguments) -> Result<(), String> {
-    let mut app = App::new();
-    app.add_plugins(
-        DefaultPlugins
-            .build()
-            .disable::<WinitPlugin>()
-            .disable::<PipelinedRenderingPlugin>()
-            .set(tasks())
-            .set(WindowPlugin {
-                primary_window: None,
-                exit_condition: ExitCondition::DontExit,
-                ..default()
-            }),
-    )
-    .add_plugins(TectonicsPlugins)
-    .insert_resource(arguments.clone())
-    .insert_resource(ClearColor(Color::BLACK))
-    .add_systems(Update, (plan, fly).chain());
-    while app.plugins_state() == PluginsState::Adding {
-        bevy::tasks::tick_global_task_pools_on_main_thread();
-    }
-    app.finish();
-    app.cleanup();
-    let format = TextureFormat::Rgba8UnormSrgb;
-    let (width, height) = (
-        arguments.width.clamp(16, 8192),
-        arguments.height.clamp(16, 8192),
-    );
-    let canvas = Image::new_target_texture(width, height, format, None);
-    let canvas = app.world_mut().resource_mut::<Assets<Image>>().add(canvas);
-    app.insert_resource(Canvas(canvas.clone()));
-    let _ = app.world_mut().run_system_cached(setup);
-    println!(
-        "growing {} My of seed {}",
-        arguments.duration, arguments.seed
-    );
-    let mut settled = false;
-    while !settled {
-        app.update();
-        let world = app.world_mut();
-        for growth in world.query::<&Growth>().iter(world) {
-            if let GrowthState::Failed(failure) = &growth.state {
-                return Err(failure.to_string());
-            }
-        }
-        let mut drawn = world.query::<&Drawn>();
-        settled =
-            world.contains_resource::<Flight>() && drawn.iter(world).any(|drawn| drawn.settled);
-    }
-    match &arguments.record {
-        Some(folder) => record(&mut app, arguments, folder, &canvas),
-        None => {
-            measure(&mut app, arguments);
-            Ok(())
-        }
-    }
-}
-
-/// Longest time for which a picture waits for tiles.
-const PATIENCE: Duration = Duration::from_secs(60);
-/// Time in which new tiles take on their shape.
-const SETTLING: Duration = Duration::from_millis(500);
-
-/// Pictures of the flight, each complete.
-fn record(
-    app: &mut App,
-    arguments: &Arguments,
-    folder: &Path,
-    canvas: &Handle<Image>,
-) -> Result<(), String> {
-    fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-    let frames = (arguments.seconds * arguments.rate).clamp(2.0, 1e6) as u32;
-    let bar = ProgressBar::new(u64::from(frames));
-    for frame in 0..frames {
-        app.world_mut().resource_mut::<Flight>().progress =
-            f64::from(frame) / f64::from(frames - 1);
-        let start = Instant::now();
-        // A change is seen a frame later.
-        app.update();
-        let mut complete = Instant::now();
-        while complete.elapsed() < SETTLING && start.elapsed() < PATIENCE {
-            let before = tiles(app);
-            app.update();
-            let now = tiles(app);
-            if now.missing_in_view > 0 || now.made > before.made || now.share != before.share {
-                complete = Instant::now();
-            }
-        }
-        let path = folder.join(format!("{frame:05}.png"));
-        let taken = Arc::new(Mutex::new(None));
-        let done = taken.clone();
-        app.world_mut()
-            .spawn(Screenshot::image(canvas.clone()))
-            .observe(move |captured: On<ScreenshotCaptured>| {
-                *done.lock().unwrap_or_else(PoisonError::into_inner) = Some(captured.image.clone());
-            });
-        let picture = loop {
-            app.update();
-            if let Some(picture) = taken.lock().unwrap_or_else(PoisonError::into_inner).take() {
-                break picture;
-            }
-            if start.elapsed() > 2 * PATIENCE {
-                return Err("nothing was drawn".into());
-            }
-        };
-        save(&picture, &path).map_err(|error| format!("{}: {error}", path.display()))?;
-        bar.inc(1);
-    }
-    bar.finish();
-    println!("{frames} pictures in {}", folder.display());
-    Ok(())
-}
-
-fn save(picture: &Image, path: &Path) -> Result<(), Box<dyn Error>> {
-    let (width, height) = (picture.width(), picture.height());
-    let mut encoder = png::Encoder::new(BufWriter::new(File::create(path)?), width, height);
-    encoder.set_color(png::ColorType::Rgba);
-    encoder.set_depth(png::BitDepth::Eight);
-    let pixels = picture.data.as_deref().ok_or("a picture without pixels")?;
-    encoder.write_header()?.write_image_data(pixels)?;
-    Ok(())
-}
-
-/// The flight in real time: what each frame costs, from its first system to its last pixel.
-fn measure(app: &mut App, arguments: &Arguments) {
-    let device = app.world().get_resource::<RenderDevice>().cloned();
-    let start = Instant::now();
-    let (mut costs, mut submitted) = (Vec::new(), Vec::new());
-    let (mut late_s, mut most) = (0.0_f32, TilesDrawn::default());
-    loop {
-        let progress = start.elapsed().as_secs_f64() / arguments.seconds.max(1.0);
-        if progress > 1.0 {
-            break;
-        }
-        app.world_mut().resource_mut::<Flight>().progress = progress;
-        let frame = Instant::now();
-        app.update();
-        submitted.push(frame.elapsed().as_secs_f64() * 1000.0);
-        if let Some(device) = &device {
-            // Frames would pile up on the GPU.
-            let _ = device.poll(PollType::wait_indefinitely());
-        }
-        costs.push(frame.elapsed().as_secs_f64() * 1000.0);
-        let tiles = tiles(app);
-        late_s = late_s.max(tiles.late_s);
-        if tiles.drawn > most.drawn {
-            most = tiles;
-        }
-    }
-    let seconds = start.elapsed().as_secs_f64();
-    let made = tiles(app).made;
-    let frames = costs.len();
-    println!(
-        "| {} x {}, {frames} frames, ms | median | 95 % | 99 % | worst |",
-        arguments.width, arguments.height
-    );
-    println!("|---|--:|--:|--:|--:|");
-    for (name, mut times) in [("in all", costs), ("until handed to the GPU", submitted)] {
-        times.sort_by(f64::total_cmp);
-        let at = |share: f64| times[((frames as f64 * share) as usize).min(frames - 1)];
-        println!(
-            "| {name} | {:.1} | {:.1} | {:.1} | {:.1} |",
-            at(0.5),
-            at(0.95),
-            at(0.99),
-            at(1.0)
-        );
-    }
-    println!(
-        "{:.1} frames a second, {made} tiles made, {:.0} a second",
-        frames as f64 / seconds,
-        f64::from(made) / seconds
-    );
-    println!(
-        "at most {} tiles drawn, {:.1} million triangles, {} kept; in view, the latest came {late_s:.2} s late",
-        most.drawn,
-        f64::from(most.triangles) * 1e-6,
-        most.kept
-    );
-}
-
-fn tiles(app: &mut App) -> TilesDrawn {
-    let world = app.world_mut();
-    let mut drawn = world.query::<&TilesDrawn>();
-    drawn.iter(world).next().copied().unwrap_or_default()
 }
