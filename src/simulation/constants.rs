@@ -376,9 +376,26 @@ constants! {
         yield_strain = 0.03 in 0.001..=0.5 "",
         /// Share of the closing speed of continents that their margins take up by shortening.
         shortening = 0.5 in 0.0..=0.9 "of the closing speed",
-        /// Share of its own advance towards a trench by which a continent's margin is shortened (South
-        /// America: 25-30 km/My to the west, Andes 5-12 km/My).
+        /// Share of its own advance towards a trench by which a continent's margin is shortened where the slab is
+        /// young (South America: 25-30 km/My to the west, Andes 5-12 km/My).
         cordillera = 0.3 in 0.0..=0.9 "of the advance",
+        /// Speed at which an old slab rolls back and draws the margin above it seaward; 0 turns this off. Some 6 would
+        /// be Earth's: a mean over phases of fast opening, up to 50 km/My, and of rest (Japan moved some 400 km against
+        /// Asia, most of it between 25 and 12 My ago, over floor that had been old for long: Jolivet & Tamaki 1992).
+        /// Off because coarse meshes lose too much high ground by it.
+        rollback = 0.0 in 0.0..=200.0 "km/My",
+        /// Age of sea floor at a trench up to which its slab presses against the margin (back-arc basins open where
+        /// it is older than 55 My: Sdrolias & Müller 2006).
+        rollback_from = 50.0 in 0.0..=500.0 "My",
+        /// Age from which a slab no longer presses and rolls back at full speed (Molnar & Atwater 1978: Andean margins
+        /// where it is younger than 50 My, spreading behind arcs where it is older, in many cases than 100).
+        rollback_full = 80.0 in 0.0..=500.0 "My",
+        /// Distance from the trench up to which the margin is stretched (arcs of the Aegean and of the Ryukyus, with
+        /// the troughs behind them: 300-400 km).
+        rollback_reach = 350.0 in 10.0..=2000.0 "km",
+        /// Mean thickness of that strip's crust at which stretching ends, weaker and weaker from 10 km more
+        /// (the Aegean's is 22-25 km thick: Tirel et al. 2004).
+        rollback_thinnest = 25.0 in 5.0..=60.0 "km",
         /// Interval at which margins are bent anew; between, deviations stay as they are. Fronts yield by some
         /// 40 km in it: so much more, and cells fold. For a spacing of 226 km, shorter in proportion on finer meshes.
         interval = 1.5 in 0.05..=5.0 "My",

@@ -2,19 +2,22 @@
 //!
 //! Where continents collide, their fronts yield by a share of the closing speed (Yggdrasill's
 //! response, with its falloff over the distance of the two ends); where a continent advances on a trench,
-//! its margin is shortened into a cordillera. Springs carry that inland ([`springs`](super::springs)), and what a
+//! its margin is shortened into a cordillera. Old slabs may roll back in place of pressing, and draw the margin above
+//! them seaward and thin. Springs carry that inland ([`springs`](super::springs)), and what a
 //! cell loses or gains in area thickens or thins its crust. What is shortened is a mountain belt for as long as it
 //! is: its thick crust does not flow away.
 
 use super::{
     super::super::{
-        boundaries::Boundaries,
+        boundaries::{Boundaries, Front},
         clock::Clock,
         columns::Columns,
+        constants::MarginConstants,
         error::TectonicError,
         ledger::Ledger,
         plate::{Plate, PlateBorn, PlateTable, Rotation},
         precision::{THICKNESS_STEPS, round, round_area},
+        reach::reach,
         recipe::{Drive, Recipe},
         stages::uplift::folded,
         sub_plate::*,
@@ -57,6 +60,7 @@ pub(in crate::simulation) fn bend_margins(
         (
             &PlateId,
             &Crust,
+            &Created,
             &mut Deviation,
             &mut Thickness,
             &mut MaterialArea,
@@ -68,8 +72,17 @@ pub(in crate::simulation) fn bend_margins(
     >,
 ) -> Result<(), TectonicError> {
     let mesh = &mut topology.0;
-    let (plate, crust, mut deviation, mut thickness, mut area, mut orogeny, mut began, mut fold) =
-        sub_plates.columns(mesh.vertex_count())?;
+    let (
+        plate,
+        crust,
+        created,
+        mut deviation,
+        mut thickness,
+        mut area,
+        mut orogeny,
+        mut began,
+        mut fold,
+    ) = sub_plates.columns(mesh.vertex_count())?;
     let deviation = deviation.bypass_change_detection();
     let constants = &recipe.constants.margins;
     if recipe.drive != Drive::Soft || constants.rigidity >= 1.0 {
@@ -85,13 +98,15 @@ pub(in crate::simulation) fn bend_margins(
     let table = PlateTable::gather(plates.iter());
     let mut pushes = collision_pushes(&recipe, &boundaries, mesh, plate);
     let colliding: BTreeSet<u32> = pushes.iter().map(|(vertex, _)| *vertex).collect();
-    pushes.extend(cordillera_pushes(
-        &recipe,
-        &boundaries,
-        &table,
+    let age = |v: u32| clock.time_my - f64::from(created[v as usize].0);
+    let arcs = Arcs {
+        recipe: &recipe,
+        mesh,
+        plate,
         crust,
-        thickness.bypass_change_detection(),
-    ));
+        thickness: thickness.bypass_change_detection(),
+    };
+    pushes.extend(arcs.pushes(&boundaries, &table, age));
     pushes.sort_by(|a, b| {
         a.0.cmp(&b.0)
             .then(b.1.length_squared().total_cmp(&a.1.length_squared()))
@@ -217,41 +232,221 @@ fn collision_pushes(
     pushes
 }
 
-/// Speeds in km/My with which continents yield over a trench that they advance on, inward, by vertex
-/// (Heuret & Lallemand 2005: what strains an overriding plate is its own motion towards the trench).
-fn cordillera_pushes(
-    recipe: &Recipe,
-    boundaries: &Boundaries,
-    table: &PlateTable,
-    crust: &[Crust],
-    thickness: &[Thickness],
-) -> Vec<(u32, DVec3)> {
-    let constants = &recipe.constants.margins;
-    let highest = recipe.constants.uplift.plateau_thickness;
-    let mut pushes = Vec::new();
-    for front in &boundaries.fronts {
-        let (Some(under), true) = (front.under, front.opening < 0.0) else {
-            continue;
-        };
-        let over = 1 - under;
-        let vertex = front.vertices[over] as usize;
-        if front.continental || !crust[vertex].is_continental() {
-            continue;
+/// Continents above trenches.
+struct Arcs<'a> {
+    recipe: &'a Recipe,
+    mesh: &'a SphereMesh<EdgeState>,
+    plate: &'a [PlateId],
+    crust: &'a [Crust],
+    thickness: &'a [Thickness],
+}
+
+impl Arcs<'_> {
+    /// Speeds in km/My with which continents yield over a trench, by vertex: inward where they advance on
+    /// it (Heuret & Lallemand 2005: what strains an overriding plate is its own motion towards the trench),
+    /// seaward where the slab is old and sinks away from them (Molnar & Atwater 1978, Sdrolias & Müller 2006).
+    fn pushes(
+        &self,
+        boundaries: &Boundaries,
+        table: &PlateTable,
+        age: impl Fn(u32) -> f64,
+    ) -> Vec<(u32, DVec3)> {
+        let constants = &self.recipe.constants.margins;
+        let highest = self.recipe.constants.uplift.plateau_thickness;
+        let fronts: Vec<(&Front, usize)> = boundaries
+            .fronts
+            .iter()
+            .filter_map(|front| {
+                let over = 1 - front.under?;
+                let vertex = front.vertices[over] as usize;
+                let is_arc = front.opening < 0.0
+                    && !front.continental
+                    && self.crust[vertex].is_continental();
+                is_arc.then_some((front, over))
+            })
+            .collect();
+        let mut pushes = Vec::new();
+        // Overriding vertex, and the speed with which its slab draws it seaward.
+        let mut drawn: Vec<(u32, DVec3)> = Vec::new();
+        for (front, over) in fronts {
+            let vertex = front.vertices[over];
+            // From the overriding plate to the trench.
+            let seaward = if over == 0 {
+                front.direction
+            } else {
+                -front.direction
+            };
+            let motion =
+                table.rotation(front.plates[over]).cross(front.midpoint) * self.recipe.radius_km;
+            let advance = motion.dot(seaward).min(-front.opening);
+            // A plateau that has grown as high as it can stand passes the push on, and it dies out.
+            let room = ((highest - self.thickness[vertex as usize].0) / ROOM).clamp(0.0, 1.0);
+            let old = rollback_share(constants, age(front.vertices[1 - over]));
+            let speed = constants.cordillera * advance * room * (1.0 - old);
+            if speed >= LEAST_PUSH {
+                pushes.push((vertex, -seaward * speed));
+            }
+            if old > 0.0 {
+                drawn.push((vertex, seaward * (constants.rollback * old)));
+            }
         }
-        // From the overriding plate to the trench.
-        let seaward = if over == 0 {
-            front.direction
-        } else {
-            -front.direction
+        pushes.extend(self.stretched(drawn));
+        pushes
+    }
+
+    /// Speeds in km/My with which what lies behind fronts that are drawn seaward follows them, by vertex: it is
+    /// stretched evenly from the trench inland, until its crust is thin.
+    fn stretched(&self, mut drawn: Vec<(u32, DVec3)>) -> Vec<(u32, DVec3)> {
+        let constants = &self.recipe.constants.margins;
+        let fastest_first = |a: &(u32, DVec3), b: &(u32, DVec3)| {
+            a.0.cmp(&b.0)
+                .then(b.1.length_squared().total_cmp(&a.1.length_squared()))
         };
-        let motion = table.rotation(front.plates[over]).cross(front.midpoint) * recipe.radius_km;
-        let advance = motion.dot(seaward).min(-front.opening);
-        // A plateau that has grown as high as it can stand passes the push on, and it dies out.
-        let room = ((highest - thickness[vertex].0) / ROOM).clamp(0.0, 1.0);
-        let speed = constants.cordillera * advance * room;
-        if speed >= LEAST_PUSH {
-            pushes.push((vertex as u32, -seaward * speed));
+        if drawn.is_empty() {
+            return Vec::new();
+        }
+        drawn.sort_by(fastest_first);
+        drawn.dedup_by_key(|(vertex, _)| *vertex);
+        let half = 0.5 * self.recipe.spacing_km();
+        let sources: Vec<(u32, f64)> = drawn.iter().map(|&(v, _)| (v, half)).collect();
+        // On a coarse mesh at least the front itself.
+        let limit = constants.rollback_reach.max(2.0 * half);
+        let mut behind = reach(self.mesh, self.recipe.radius_km, &sources, limit, |v| {
+            self.crust[v as usize].is_continental()
+        })
+        .found;
+        let front_of = |source: u32| drawn[source as usize].0 as usize;
+        behind.retain(|&(v, _, source)| self.plate[v as usize] == self.plate[front_of(source)]);
+        let mut means = vec![[0.0; 2]; drawn.len()];
+        for &(v, _, source) in &behind {
+            let [sum, count] = &mut means[source as usize];
+            *sum += self.thickness[v as usize].0;
+            *count += 1.0;
+        }
+        let speed = |(v, distance, source): (u32, f64, u32)| {
+            let [sum, count] = means[source as usize];
+            let thins = ((sum / count - constants.rollback_thinnest) / ROOM).clamp(0.0, 1.0);
+            let along = 1.0 - distance / limit;
+            (v, drawn[source as usize].1 * (thins * along))
+        };
+        let pushes = behind.into_iter().map(speed);
+        pushes
+            .filter(|(_, push)| push.length() >= LEAST_PUSH)
+            .collect()
+    }
+}
+
+/// How much a slab of this age in My at the trench rolls back: not at all while it is young and buoyant, fully once
+/// it is old. Where rolling back is turned off, every slab presses.
+fn rollback_share(constants: &MarginConstants, age: f64) -> f64 {
+    if constants.rollback <= 0.0 {
+        return 0.0;
+    }
+    let (from, to) = (constants.rollback_from, constants.rollback_full);
+    ((age - from) / (to - from).max(1e-9)).clamp(0.0, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simulation::fixtures::even_mesh;
+
+    #[test]
+    fn young_slabs_press_and_old_ones_roll_back() {
+        assert_eq!(rollback_share(&MarginConstants::default(), 180.0), 0.0);
+        let constants = MarginConstants {
+            rollback: 6.0,
+            rollback_from: 50.0,
+            rollback_full: 80.0,
+            ..MarginConstants::default()
+        };
+        for (age, share) in [
+            (0.0, 0.0),
+            (50.0, 0.0),
+            (65.0, 0.5),
+            (80.0, 1.0),
+            (180.0, 1.0),
+        ] {
+            assert!((rollback_share(&constants, age) - share).abs() < 1e-12);
         }
     }
-    pushes
+
+    /// What a front on the equator, drawn southward at 20 km/My, does to a continent in the north, 30 or 36 km thick,
+    /// of two plates.
+    fn drawn(thickness: f64) -> (SphereMesh<EdgeState>, u32, Vec<(u32, DVec3)>) {
+        let mesh = even_mesh::<EdgeState>(6000);
+        let mut recipe = Recipe::earth_like(1).with_sub_plates(6000);
+        recipe.constants.margins.rollback_reach = 2000.0;
+        recipe.constants.margins.rollback_thinnest = 25.0;
+        let sites = mesh.sites();
+        let crust: Vec<Crust> = (sites.iter())
+            .map(|site| {
+                if site.z > 0.0 {
+                    Crust::Continental
+                } else {
+                    Crust::Oceanic
+                }
+            })
+            .collect();
+        let plate: Vec<PlateId> = (sites.iter())
+            .map(|site| PlateId(if site.y < 0.0 { 1 } else { 2 }))
+            .collect();
+        let thickness = vec![Thickness(thickness); sites.len()];
+        let arcs = Arcs {
+            recipe: &recipe,
+            mesh: &mesh,
+            plate: &plate,
+            crust: &crust,
+            thickness: &thickness,
+        };
+        let of_first = |v: &u32| {
+            let site = mesh.site(*v);
+            site.z > 0.0 && site.y < -0.1
+        };
+        let front = (0..6000).filter(of_first);
+        let front = front
+            .min_by(|&a, &b| mesh.site(a).z.total_cmp(&mesh.site(b).z))
+            .unwrap();
+        let pushes = arcs.stretched(vec![
+            (front, DVec3::NEG_Z * 20.0),
+            (front, DVec3::NEG_Z * 5.0),
+        ]);
+        assert!(
+            pushes
+                .iter()
+                .all(|&(v, _)| plate[v as usize].0 == 1 && crust[v as usize].is_continental())
+        );
+        (mesh, front, pushes)
+    }
+
+    #[test]
+    fn a_margin_is_stretched_evenly_behind_its_front() {
+        let (mesh, front, pushes) = drawn(36.0);
+        let half = 0.5 * Recipe::earth_like(1).with_sub_plates(6000).spacing_km();
+        assert!(pushes.len() > 30);
+        for (v, push) in pushes {
+            assert_eq!([push.x, push.y], [0.0; 2]);
+            // Along edges of the mesh, the way is longer than the chord by the root of two at most.
+            let chord = mesh.site(v).distance(mesh.site(front)) * 6371.0;
+            let way = 2000.0 * (1.0 + push.z / 20.0) - half;
+            assert!(
+                way > 0.999 * chord - 1e-6 && way < 1.42 * chord + 1e-6,
+                "{way} {chord}"
+            );
+        }
+    }
+
+    #[test]
+    fn stretching_dies_out_as_the_crust_thins() {
+        let fastest = |thickness: f64| {
+            let pushes = drawn(thickness).2;
+            pushes
+                .iter()
+                .map(|(_, push)| push.length())
+                .fold(0.0, f64::max)
+        };
+        // (30 − 25)/10 of the speed over 36 km.
+        assert!((fastest(30.0) / fastest(36.0) - 0.5).abs() < 1e-9);
+        assert_eq!(fastest(25.0), 0.0);
+    }
 }
