@@ -13,7 +13,7 @@ const STEEPEST: f32 = 8.0;
 // In m: patterns finer than tiles repeat after a period, and tiles have their origins at multiples of a pace.
 const PERIOD: f32 = 8192.0;
 const PACE: f32 = 128.0;
-// Depth of the walls that hide cracks along the rim, in sides of a tile.
+// Depth of the walls that hide cracks along the rim, in sides of a tile. Bounds in `forest.rs` leave room for them.
 const WALL: f32 = 0.03125;
 
 struct Vertex {

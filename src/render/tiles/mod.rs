@@ -78,7 +78,8 @@ pub(super) use tile::{HEIGHTS, SLOPES, UP};
 /// Bevy's biases suit ground to scale. In a smaller world, `shadow_depth_bias`, 0.02 units, may be kilometres: set it
 /// to 0. Cascades are whole units wide, so shadows on a planet of radius 1 are coarser than its mountains; give it a
 /// radius of 1,000 at least. Where several cameras look, shadows have the shapes of tiles that one of them sees: the
-/// nearest, or one with a [`Viewpoint`].
+/// nearest, or one with a [`Viewpoint`]. Ground that is no steeper than the beams of every such sun is left out
+/// of shadow maps, those of lamps included.
 #[derive(Component, Debug, Clone, Copy, PartialEq, Reflect)]
 #[reflect(Component, Default)]
 #[require(Tiling, TilesDrawn)]

@@ -9,7 +9,7 @@
 
 use super::{
     super::super::{
-        boundaries::{Boundaries, Front},
+        boundaries::Boundaries,
         clock::Clock,
         columns::Columns,
         constants::MarginConstants,
@@ -107,11 +107,7 @@ pub(in crate::simulation) fn bend_margins(
         thickness: thickness.bypass_change_detection(),
     };
     pushes.extend(arcs.pushes(&boundaries, &table, age));
-    pushes.sort_by(|a, b| {
-        a.0.cmp(&b.0)
-            .then(b.1.length_squared().total_cmp(&a.1.length_squared()))
-    });
-    pushes.dedup_by_key(|(vertex, _)| *vertex);
+    keep_strongest(&mut pushes);
     // What each plate has to bend: vertices that are pushed, and all that still moves.
     let mut seeds: BTreeMap<PlateId, (Vec<(u32, DVec3)>, Vec<u32>)> = BTreeMap::new();
     for push in pushes {
@@ -232,6 +228,15 @@ fn collision_pushes(
     pushes
 }
 
+/// Leaves each vertex the strongest of its pushes, in the order of vertices.
+fn keep_strongest(pushes: &mut Vec<(u32, DVec3)>) {
+    pushes.sort_by(|a, b| {
+        a.0.cmp(&b.0)
+            .then(b.1.length_squared().total_cmp(&a.1.length_squared()))
+    });
+    pushes.dedup_by_key(|(vertex, _)| *vertex);
+}
+
 /// Continents above trenches.
 struct Arcs<'a> {
     recipe: &'a Recipe,
@@ -253,23 +258,18 @@ impl Arcs<'_> {
     ) -> Vec<(u32, DVec3)> {
         let constants = &self.recipe.constants.margins;
         let highest = self.recipe.constants.uplift.plateau_thickness;
-        let fronts: Vec<(&Front, usize)> = boundaries
-            .fronts
-            .iter()
-            .filter_map(|front| {
-                let over = 1 - front.under?;
-                let vertex = front.vertices[over] as usize;
-                let is_arc = front.opening < 0.0
-                    && !front.continental
-                    && self.crust[vertex].is_continental();
-                is_arc.then_some((front, over))
-            })
-            .collect();
         let mut pushes = Vec::new();
         // Overriding vertex, and the speed with which its slab draws it seaward.
         let mut drawn: Vec<(u32, DVec3)> = Vec::new();
-        for (front, over) in fronts {
+        for front in &boundaries.fronts {
+            let (Some(under), true) = (front.under, front.opening < 0.0) else {
+                continue;
+            };
+            let over = 1 - under;
             let vertex = front.vertices[over];
+            if front.continental || !self.crust[vertex as usize].is_continental() {
+                continue;
+            }
             // From the overriding plate to the trench.
             let seaward = if over == 0 {
                 front.direction
@@ -281,7 +281,7 @@ impl Arcs<'_> {
             let advance = motion.dot(seaward).min(-front.opening);
             // A plateau that has grown as high as it can stand passes the push on, and it dies out.
             let room = ((highest - self.thickness[vertex as usize].0) / ROOM).clamp(0.0, 1.0);
-            let old = rollback_share(constants, age(front.vertices[1 - over]));
+            let old = rollback_share(constants, age(front.vertices[under]));
             let speed = constants.cordillera * advance * room * (1.0 - old);
             if speed >= LEAST_PUSH {
                 pushes.push((vertex, -seaward * speed));
@@ -298,15 +298,10 @@ impl Arcs<'_> {
     /// stretched evenly from the trench inland, until its crust is thin.
     fn stretched(&self, mut drawn: Vec<(u32, DVec3)>) -> Vec<(u32, DVec3)> {
         let constants = &self.recipe.constants.margins;
-        let fastest_first = |a: &(u32, DVec3), b: &(u32, DVec3)| {
-            a.0.cmp(&b.0)
-                .then(b.1.length_squared().total_cmp(&a.1.length_squared()))
-        };
         if drawn.is_empty() {
             return Vec::new();
         }
-        drawn.sort_by(fastest_first);
-        drawn.dedup_by_key(|(vertex, _)| *vertex);
+        keep_strongest(&mut drawn);
         let half = 0.5 * self.recipe.spacing_km();
         let sources: Vec<(u32, f64)> = drawn.iter().map(|&(v, _)| (v, half)).collect();
         // On a coarse mesh at least the front itself.
