@@ -305,11 +305,15 @@ constants! {
         ocean_drag = 1.0 in 0.1..=10.0 "per km² and km/My",
         /// Basal drag of continents, whose roots reach deeper. At 1.7 fine meshes have a median speed of 20 km/My.
         continent_drag = 1.2 in 0.1..=20.0 "per km² and km/My",
-        /// Pull of a full slab of 80 My on its plate, per km of trench (the study has 7e5; Yggdrasill's 5e-8 m/yr²
-        /// acts on single vertices and dilutes as the mesh is refined). Earth's surface moves at 38 km/My on
-        /// average and at 29 in the median. At 8e5 sea floor is too young on a fifth of twenty tuning seeds, at
-        /// 7e5 mountains are too low on as many.
-        slab_pull = 7.75e5 in 0.0..=1.0e7 "per km",
+        /// Pull of a full slab of 80 My on its plate, per km of trench (Yggdrasill's 5e-8 m/yr² acts on single vertices
+        /// and dilutes as the mesh is refined). Over the resistance that it meets it is the speed at which a slab
+        /// sinks by itself: 110 km/My, or some 75 as fronts zigzag and are longer than their trench. Earth's surface
+        /// moves at 38 km/My on average and at 29 in the median; at 2.4e6 mountains are lower.
+        slab_pull = 2.2e6 in 0.0..=1.0e7 "per km",
+        /// Resistance of the mantle to a full slab that is drawn through it. It nearly balances the pull, so that
+        /// plates with slabs move at the speed of sinking whatever their size (Forsyth & Uyeda 1975: 60-90 km/My).
+        /// Without it plates of a hundredth of the sphere run at 100-240 km/My.
+        slab_resistance = 2.0e4 in 0.0..=1.0e6 "per km and km/My",
         /// Suction of the same slab on the overriding plate.
         slab_suction = 2.85e5 in 0.0..=1.0e7 "per km",
         /// Length of slab that pulls with full force.
@@ -378,12 +382,12 @@ constants! {
         shortening = 0.5 in 0.0..=0.9 "of the closing speed",
         /// Share of its own advance towards a trench by which a continent's margin is shortened where the slab is
         /// young (South America: 25-30 km/My to the west, Andes 5-12 km/My).
-        cordillera = 0.3 in 0.0..=0.9 "of the advance",
-        /// Speed at which an old slab rolls back and draws the margin above it seaward; 0 turns this off. Some 6 would
-        /// be Earth's: a mean over phases of fast opening, up to 50 km/My, and of rest (Japan moved some 400 km against
-        /// Asia, most of it between 25 and 12 My ago, over floor that had been old for long: Jolivet & Tamaki 1992).
-        /// Off because coarse meshes lose too much high ground by it.
-        rollback = 0.0 in 0.0..=200.0 "km/My",
+        cordillera = 0.4 in 0.0..=0.9 "of the advance",
+        /// Speed at which an old slab rolls back and draws the margin above it seaward; 0 turns this off. A mean over
+        /// phases of fast opening, up to 50 km/My, and of rest (Japan moved some 400 km against Asia, most of it
+        /// between 25 and 12 My ago, over floor that had been old for long: Jolivet & Tamaki 1992). At 6 relief is
+        /// rougher on fine meshes.
+        rollback = 8.0 in 0.0..=200.0 "km/My",
         /// Age of sea floor at a trench up to which its slab presses against the margin (back-arc basins open where
         /// it is older than 55 My: Sdrolias & Müller 2006).
         rollback_from = 50.0 in 0.0..=500.0 "My",
@@ -392,10 +396,10 @@ constants! {
         rollback_full = 80.0 in 0.0..=500.0 "My",
         /// Distance from the trench up to which the margin is stretched (arcs of the Aegean and of the Ryukyus, with
         /// the troughs behind them: 300-400 km).
-        rollback_reach = 350.0 in 10.0..=2000.0 "km",
+        rollback_reach = 400.0 in 10.0..=2000.0 "km",
         /// Mean thickness of that strip's crust at which stretching ends, weaker and weaker from 10 km more
         /// (the Aegean's is 22-25 km thick: Tirel et al. 2004).
-        rollback_thinnest = 25.0 in 5.0..=60.0 "km",
+        rollback_thinnest = 24.0 in 5.0..=60.0 "km",
         /// Interval at which margins are bent anew; between, deviations stay as they are. Fronts yield by some
         /// 40 km in it: so much more, and cells fold. For a spacing of 226 km, shorter in proportion on finer meshes.
         interval = 1.5 in 0.05..=5.0 "My",

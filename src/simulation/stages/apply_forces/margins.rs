@@ -2,7 +2,7 @@
 //!
 //! Where continents collide, their fronts yield by a share of the closing speed (Yggdrasill's
 //! response, with its falloff over the distance of the two ends); where a continent advances on a trench,
-//! its margin is shortened into a cordillera. Old slabs may roll back in place of pressing, and draw the margin above
+//! its margin is shortened into a cordillera. Old slabs roll back in place of pressing, and draw the margin above
 //! them seaward and thin. Springs carry that inland ([`springs`](super::springs)), and what a
 //! cell loses or gains in area thickens or thins its crust. What is shortened is a mountain belt for as long as it
 //! is: its thick crust does not flow away.
@@ -348,9 +348,12 @@ mod tests {
 
     #[test]
     fn young_slabs_press_and_old_ones_roll_back() {
-        assert_eq!(rollback_share(&MarginConstants::default(), 180.0), 0.0);
+        let none = MarginConstants {
+            rollback: 0.0,
+            ..MarginConstants::default()
+        };
+        assert_eq!(rollback_share(&none, 180.0), 0.0);
         let constants = MarginConstants {
-            rollback: 6.0,
             rollback_from: 50.0,
             rollback_full: 80.0,
             ..MarginConstants::default()

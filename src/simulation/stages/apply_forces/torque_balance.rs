@@ -3,12 +3,14 @@
 //! Lithosphere has no inertia: at every moment drag balances drive. One linear system holds for all
 //! plates together,
 //!
-//! `Σ c a (I − r rᵀ) ωᵢ + Σ η l q qᵀ (ωᵢ − ωⱼ) = (1/R) (Σ r × F + Σ c a r × u)`,
+//! `Σ c a (I − r rᵀ) ωᵢ + Σ s l q qᵀ ωᵢ + Σ η l q qᵀ (ωᵢ − ωⱼ) = (1/R) (Σ r × F + Σ c a r × u)`,
 //!
-//! u the flow of the mantle under continents ([`mantle`](super::mantle)), the first sum over the sub-plates of plate i (drag c, area a), the second over its fronts
-//! (viscosity η, length l, scaled to a mesh of 226 km; `q = r × n` for motion across the front and `r × t` along it). It is
-//! symmetric and positive definite, and solved by Cholesky's method. Treating the fronts' friction
-//! implicitly is what keeps collisions from ringing.
+//! u the flow of the mantle under continents ([`mantle`](super::mantle)), the first sum over the sub-plates of
+//! plate i (drag c, area a), the second over the fronts where its slabs hang (resistance s of the mantle, length
+//! l), the third over all of its fronts (viscosity η; lengths scaled to a mesh of 226 km; `q = r × n` for motion
+//! across the front and `r × t` along it). It is symmetric and positive definite, and solved by Cholesky's method.
+//! Treating friction implicitly is what keeps collisions from ringing, and the slabs' resistance what keeps small
+//! plates from racing: both nearly balance what drives.
 
 use super::{
     super::super::{
@@ -103,6 +105,8 @@ pub(in crate::simulation) fn balance_torques(
         torques[i] += borne.driven[0];
         torques[j] += borne.driven[1];
         system.couple(i, j, borne.coupling);
+        system.add(i, i, borne.sinking[0]);
+        system.add(j, j, borne.sinking[1]);
         holds.extend(borne.holds);
     }
     for (i, torque) in torques.iter().enumerate() {
@@ -118,6 +122,7 @@ pub(in crate::simulation) fn balance_torques(
         rows,
         driven,
         resisting,
+        sinking,
     } in holds
     {
         let turn = target[rows[0]] - target[rows[1]];
@@ -126,10 +131,12 @@ pub(in crate::simulation) fn balance_torques(
             .iter()
             .sum();
         for (end, sign) in [-1.0, 1.0].into_iter().enumerate() {
+            let (q, strength) = sinking[end];
+            let held = q * (strength * q.dot(target[rows[end]]));
             forces.0.push(FrontForce {
                 plate: front.plates[end],
                 place: front.midpoint,
-                torque: driven[end].sum() + resisted * (sign * recipe.radius_km),
+                torque: driven[end].sum() + (resisted * sign - held) * recipe.radius_km,
             });
         }
     }
@@ -150,6 +157,8 @@ struct Borne {
     driven: [DrivingTorque; 2],
     /// Resistance to the plates' turning against each other.
     coupling: DMat3,
+    /// Resistance of the mantle to the slabs of either plate.
+    sinking: [DMat3; 2],
     holds: Vec<Hold>,
 }
 
@@ -160,6 +169,8 @@ struct Hold {
     driven: [DrivingTorque; 2],
     /// Directions about which it resists, and how strongly.
     resisting: [(DVec3, f64); 2],
+    /// Direction about which the mantle resists the slab of either plate, and how strongly.
+    sinking: [(DVec3, f64); 2],
 }
 
 /// Sums what fronts between two plates do to them, their lengths times `smooth`; none where a plate is gone. Keeps
@@ -184,6 +195,7 @@ fn bear(
         rows,
         driven: [DrivingTorque::default(); 2],
         coupling: DMat3::ZERO,
+        sinking: [DMat3::ZERO; 2],
         holds: Vec::new(),
     };
     for front in run {
@@ -216,8 +228,14 @@ fn bear(
             constants.friction
         };
         let across = (along, across * length);
-        for (q, strength) in [sliding, across] {
-            borne.coupling += DMat3::from_cols(q * q.x, q * q.y, q * q.z) * strength;
+        for resistance in [sliding, across] {
+            borne.coupling += about(resistance);
+        }
+        let mut sinking = [(along, 0.0); 2];
+        if let Some(under) = front.under.filter(|_| !held) {
+            sinking[under].1 =
+                constants.slab_resistance * hanging(front, under, recipe, slab) * length;
+            borne.sinking[under] += about(sinking[under]);
         }
         if told {
             borne.holds.push(Hold {
@@ -225,10 +243,22 @@ fn bear(
                 rows,
                 driven,
                 resisting: [sliding, across],
+                sinking,
             });
         }
     }
     Some(borne)
+}
+
+/// Resistance, so strong, to turning about a direction.
+fn about((q, strength): (DVec3, f64)) -> DMat3 {
+    DMat3::from_cols(q * q.x, q * q.y, q * q.z) * strength
+}
+
+/// Share of a full slab that hangs where an end of a front goes under.
+fn hanging(front: &Front, under: usize, recipe: &Recipe, slab: &[Slab]) -> f64 {
+    let length = f64::from(slab[front.vertices[1 - under] as usize].0);
+    (length / recipe.constants.motion.slab_full).min(1.0)
 }
 
 /// Torques of the driving forces of one front on its two plates.
@@ -254,9 +284,9 @@ fn drive(
     }
     if let Some(under) = front.under {
         let over = 1 - under;
-        let hanging = f64::from(slab[front.vertices[over] as usize].0) / constants.slab_full;
         let age = clock.time_my - f64::from(created[front.vertices[under] as usize].0);
-        let strength = (age.clamp(0.0, SLAB_OLDEST) / SLAB_AGE).sqrt() * hanging.min(1.0);
+        let strength =
+            (age.clamp(0.0, SLAB_OLDEST) / SLAB_AGE).sqrt() * hanging(front, under, recipe, slab);
         // Towards the trench, seen from each side.
         let towards = |end: usize| if end == 0 { turn } else { -turn };
         torques[under].slab_pull = towards(under) * (constants.slab_pull * strength);
