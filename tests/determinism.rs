@@ -46,7 +46,7 @@ fn a_pinned_recipe_keeps_its_hash() {
 fn share_codes_grow_their_planets() {
     for (code, pinned) in [
         ("2WNEG-1ZG5V-SGSH8", PINNED),
-        (SCRIPTED, 0x419a_7cba_9d85_cf50),
+        (SCRIPTED, 0xeb58_0c51_d091_0179),
     ] {
         let recipe: Recipe = code.parse().unwrap();
         assert_eq!(recipe.to_string(), code);
