@@ -158,7 +158,6 @@ fn plates_that_turn_together_turn_as_one_body() {
     );
 }
 
-/// Area opens at −x at 2 v R ∫ cos φ dφ = 4 v R per My and closes at +x just as fast.
 /// Slabs of 120 My would sink at 50 km/My √(120/80) along a straight trench, and plates with them, however little
 /// else holds them; a plate that turns about a pole runs at 4/π of that at its equator. Fronts zigzag and are half as
 /// long again as their trench, so they resist more.
@@ -191,6 +190,7 @@ fn no_plate_outruns_its_slab() {
     assert!(free > 2.0 * sinking, "{free} {sinking}");
 }
 
+/// Area opens at −x at 2 v R ∫ cos φ dφ = 4 v R per My and closes at +x just as fast.
 #[test]
 fn as_much_crust_is_made_and_consumed_as_geometry_asks_for() {
     let mut history = History::with_plugins(recipe(2_500), steady()).unwrap();

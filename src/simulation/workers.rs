@@ -26,7 +26,7 @@ const PIECES: usize = 64;
 pub(super) const FEW: usize = 512;
 
 /// How long a thread stays awake for the next parallel work. To wake one takes tens of microseconds, and a step
-/// has some thirty such works, mostly a tenth of a millisecond apart.
+/// has some thirty such works, on average some tenths of a millisecond apart.
 const VIGIL: Duration = Duration::from_micros(500);
 /// Turns of an idle thread's loop between two looks for work, some tenths of a microsecond.
 const TURNS: u32 = 16;
