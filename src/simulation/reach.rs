@@ -1,78 +1,153 @@
 //! Distances along the surface from a set of sources.
 
-use crate::mesh::{EdgePayload, NONE, SphereMesh};
+use super::workers::Workers;
+use crate::mesh::{EdgePayload, SphereMesh};
+use core::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 /// Sub-plates within reach of a set of sources, each once.
 #[derive(Debug, Clone, Default)]
 pub struct Reach {
-    /// Vertices with their distance in km and the number of their nearest source, roughly in the order of
-    /// their distance.
+    /// Vertices with their distance in km and the number of their nearest source, in the order of vertices.
     pub found: Vec<(u32, f64, u32)>,
 }
 
-/// Buckets that the limit is cut into: narrow ones visit few vertices twice. Without a limit there is one.
-const BUCKETS: usize = 64;
+/// Units of a label's distance to a radius of the planet: 10 cm on Earth. Whole numbers add up strictly, so that
+/// labels end the same in whatever order threads meet vertices.
+const UNITS: f64 = (1_u64 << 26) as f64;
+/// Bands that a search is cut into. All threads finish one before they begin the next: whoever ran ahead would
+/// label what others come to on shorter ways.
+const BANDS: u64 = 4;
+/// Buckets of a band: narrow ones visit few vertices twice.
+const BUCKETS: u64 = 16;
+/// Vertices that are worth a thread of their own.
+const FEW: usize = 64;
+/// Vertices for which a bucket has room from the start.
+const MOST_AT_ONCE: usize = 4096;
+
+/// Distance in units above the number of a source: smaller is nearer, ties go to the source listed first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Label(u64);
+
+impl Label {
+    const UNKNOWN: Self = Self(u64::MAX);
+
+    fn new(distance: u32, source: u32) -> Self {
+        Self(u64::from(distance) << 32 | u64::from(source))
+    }
+
+    fn distance(self) -> u32 {
+        (self.0 >> 32) as u32
+    }
+
+    /// The same source, so much further away.
+    fn after(self, way: u32) -> Self {
+        Self::new(self.distance().saturating_add(way), self.0 as u32)
+    }
+}
 
 /// Distances in km along the edges of the mesh, from `sources` over vertices that `passable` admits, up to
-/// `limit`: shortest paths with a queue of buckets (Dial 1969; within a bucket labels are corrected, so that
-/// distances are exact). Ties go to the source met first.
-pub fn reach<E: EdgePayload>(
+/// `limit`: shortest paths with queues of buckets (Dial 1969; within a bucket labels are corrected, so that
+/// distances are exact, to 10 cm an edge on Earth). Ties go to the source listed first. Threads share the work;
+/// the result is the same on any number of them.
+pub fn reach<E: EdgePayload + Sync>(
+    workers: &Workers,
     mesh: &SphereMesh<E>,
     radius_km: f64,
     sources: &[(u32, f64)],
     limit: f64,
-    passable: impl Fn(u32) -> bool,
+    passable: impl Fn(u32) -> bool + Sync,
 ) -> Reach {
-    let mut best: Vec<(f64, u32)> = vec![(f64::INFINITY, NONE); mesh.vertex_count()];
-    let mut found: Vec<u32> = Vec::new();
-    let bucket_of =
-        |distance: f64| ((distance * (BUCKETS as f64 / limit.max(1e-9))) as usize).min(BUCKETS - 1);
-    let mut buckets: Vec<Vec<(u32, f64)>> = vec![Vec::new(); BUCKETS];
-    let mut offer = |v: u32, distance: f64, source: u32, best: &mut [(f64, u32)]| {
-        let known = &mut best[v as usize];
-        if distance >= known.0 {
-            return None;
-        }
-        if known.1 == NONE {
-            found.push(v);
-        }
-        *known = (distance, source);
-        Some((bucket_of(distance), (v, distance)))
+    let units = |km: f64| (km / radius_km * UNITS).round() as u32;
+    let count = mesh.vertex_count();
+    let search = Search {
+        mesh,
+        passable,
+        labels: (0..count).map(|_| AtomicU64::new(u64::MAX)).collect(),
+        limit: units(limit),
     };
-    for (&(v, distance), number) in sources.iter().zip(0..) {
-        if let Some((bucket, entry)) = offer(v, distance, number, &mut best) {
-            buckets[bucket].push(entry);
-        }
+    let offered = (sources.iter().zip(0..)).filter_map(|(&(v, distance), source)| {
+        let label = Label::new(units(distance), source);
+        search.improves(v, label).then_some((v, label))
+    });
+    let mut front: Vec<(u32, Label)> = offered.collect();
+    for band in 0..BANDS {
+        let part = front.len().div_ceil(workers.threads()).max(FEW);
+        let ahead = workers.run(front.chunks(part), |front| search.cross(band, front));
+        front = ahead.concat();
     }
-    for bucket in 0..BUCKETS {
-        // First in, first out: what is pushed into the bucket under way is visited in the same pass.
-        let mut next = 0;
-        while let Some(&(v, distance)) = buckets[bucket].get(next) {
-            next += 1;
-            let (shortest, source) = best[v as usize];
-            if distance > shortest {
-                continue;
-            }
-            let site = mesh.site(v);
-            for w in mesh.neighbours(v) {
-                let further = distance + site.distance(mesh.site(w)) * radius_km;
-                if further < limit
-                    && further < best[w as usize].0
-                    && passable(w)
-                    && let Some((bucket, entry)) = offer(w, further, source, &mut best)
-                {
-                    buckets[bucket].push(entry);
+    let found = workers.map(count, |rows| {
+        let labels = (rows.start as u32..).zip(&search.labels[rows]);
+        let known = labels.map(|(v, label)| (v, Label(label.load(Relaxed))));
+        let within = known.filter(|(_, label)| *label != Label::UNKNOWN);
+        let km = |label: Label| f64::from(label.distance()) / UNITS * radius_km;
+        within
+            .map(|(v, label)| (v, km(label), label.0 as u32))
+            .collect::<Vec<_>>()
+    });
+    Reach {
+        found: found.concat(),
+    }
+}
+
+/// A search under way.
+struct Search<'a, E: EdgePayload, P> {
+    mesh: &'a SphereMesh<E>,
+    passable: P,
+    labels: Vec<AtomicU64>,
+    /// In units.
+    limit: u32,
+}
+
+impl<E: EdgePayload, P: Fn(u32) -> bool> Search<'_, E, P> {
+    /// Labels a vertex if that brings it nearer.
+    fn improves(&self, v: u32, label: Label) -> bool {
+        label.0 < self.labels[v as usize].fetch_min(label.0, Relaxed)
+    }
+
+    /// The bucket of a distance, the first of them 0; no distance lies beyond the last.
+    fn bucket(&self, distance: u32) -> u64 {
+        let all = BANDS * BUCKETS;
+        (u64::from(distance) * all / (u64::from(self.limit) + 1)).min(all - 1)
+    }
+
+    /// Labels what lies in this band beyond `front`; returns what lies at its far side.
+    fn cross(&self, band: u64, front: &[(u32, Label)]) -> Vec<(u32, Label)> {
+        let room = front.len().min(MOST_AT_ONCE);
+        let mut buckets: [Vec<(u32, Label)>; BUCKETS as usize] =
+            core::array::from_fn(|_| Vec::with_capacity(room));
+        let mut ahead = Vec::with_capacity(room);
+        let first = band * BUCKETS;
+        let mut put = |at: (u32, Label), buckets: &mut [Vec<(u32, Label)>]| {
+            let bucket = (self.bucket(at.1.distance()) - first) as usize;
+            // First in, first out: what is put into the bucket under way is visited in the same pass.
+            buckets.get_mut(bucket).unwrap_or(&mut ahead).push(at);
+        };
+        for &at in front {
+            put(at, &mut buckets);
+        }
+        for bucket in 0..buckets.len() {
+            let mut next = 0;
+            while let Some(&(v, label)) = buckets[bucket].get(next) {
+                next += 1;
+                if label.0 != self.labels[v as usize].load(Relaxed) {
+                    continue;
+                }
+                let site = self.mesh.site(v);
+                for w in self.mesh.neighbours(v) {
+                    // What is as near has been reached on another way.
+                    if self.labels[w as usize].load(Relaxed) <= label.0 || !(self.passable)(w) {
+                        continue;
+                    }
+                    let way = site.distance(self.mesh.site(w)) * UNITS;
+                    let further = label.after(way.round() as u32);
+                    if further.distance() < self.limit && self.improves(w, further) {
+                        put((w, further), &mut buckets);
+                    }
                 }
             }
+            buckets[bucket] = Vec::new();
         }
-        buckets[bucket] = Vec::new();
-    }
-    let label = |v: u32| {
-        let (distance, source) = best[v as usize];
-        (v, distance, source)
-    };
-    Reach {
-        found: found.into_iter().map(label).collect(),
+        ahead
     }
 }
 
@@ -135,12 +210,16 @@ mod tests {
                 }
             }
         }
-        let reach = reach(&mesh, 6371.0, &sources, limit, open);
+        let reach = [Workers::default(), Workers::new(3)]
+            .map(|workers| reach(&workers, &mesh, 6371.0, &sources, limit, open));
+        assert_eq!(reach[0].found, reach[1].found);
+        let [reach, _] = reach;
         let within = best.iter().filter(|distance| distance.is_finite()).count();
         assert_eq!(reach.found.len(), within);
         for (v, distance, source) in reach.found {
-            assert!((distance - best[v as usize]).abs() < 1e-9);
-            assert!(source < 3 && sources[source as usize].1 <= distance);
+            // Each edge is rounded to some 10 cm.
+            assert!((distance - best[v as usize]).abs() < 0.01);
+            assert!(source < 3 && sources[source as usize].1 < distance + 1e-4);
         }
     }
 }

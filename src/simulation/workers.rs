@@ -98,6 +98,12 @@ impl Workers {
         }))
     }
 
+    /// How many there are, the caller's among them. No result may depend on it.
+    pub(super) fn threads(&self) -> usize {
+        let helpers = self.0.as_ref().map_or(0, |crew| crew.pool.thread_num());
+        1 + helpers
+    }
+
     /// Maps fixed ranges of `0..count` and returns the results in their order.
     pub fn map<T: Send + 'static>(
         &self,

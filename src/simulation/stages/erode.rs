@@ -355,12 +355,8 @@ pub(in crate::simulation) fn settle(
             ledger.rounded_km3 += thickness[v].0 * area[v].0 - before;
         }
     }
-    // Two searches side by side, each on one thread.
-    let raised = workers.run(0..2, |search| match search {
-        0 => continental_rise(&recipe, mesh, plate, crust),
-        _ => plume_swells(&recipe, mesh, volcanism, clock.time_my),
-    });
-    let [rise, swells] = raised.try_into().unwrap_or_default();
+    let rise = continental_rise(&recipe, &workers, mesh, plate, crust);
+    let swells = plume_swells(&recipe, &workers, mesh, volcanism, clock.time_my);
     let column = |v: usize| RockColumn {
         crust: crust[v],
         thickness: thickness[v],
@@ -393,6 +389,7 @@ pub(in crate::simulation) fn settle(
 /// Thickness of the wedge of sediment at the foot of passive margins, in m, full when it is old.
 pub(in crate::simulation) fn continental_rise(
     recipe: &Recipe,
+    workers: &Workers,
     mesh: &SphereMesh<EdgeState>,
     plate: &[PlateId],
     crust: &[Crust],
@@ -409,9 +406,13 @@ pub(in crate::simulation) fn continental_rise(
                 crust[w as usize].is_continental() && plate[w as usize] == plate[v as usize]
             })
     };
-    let rows = (0..crust.len() as u32).filter(|&v| foot(v));
-    let sources: Vec<(u32, f64)> = rows.map(|v| (v, half)).collect();
+    let sources = workers.map(crust.len(), |rows| {
+        let feet = (rows.start as u32..rows.end as u32).filter(|&v| foot(v));
+        feet.map(|v| (v, half)).collect::<Vec<(u32, f64)>>()
+    });
+    let sources = sources.concat();
     let found = reach(
+        workers,
         mesh,
         recipe.radius_km,
         &sources,
@@ -455,7 +456,7 @@ mod tests {
         let plate = [1, 2, 1, 1, 1, 1].map(PlateId);
         for (width, far) in [(900.0, 400.0), (400.0, 0.0)] {
             recipe.constants.erosion.rise_width = width;
-            let rise = continental_rise(&recipe, &mesh, &plate, &crust);
+            let rise = continental_rise(&recipe, &Workers::default(), &mesh, &plate, &crust);
             for (rise, expected) in rise.iter().zip([1600.0, far, 0.0, 1600.0, 1600.0, far]) {
                 assert!((rise - expected).abs() < 0.2, "{rise} {expected}");
             }

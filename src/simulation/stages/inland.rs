@@ -75,7 +75,7 @@ impl Inland {
         let edges: Vec<Edge> = found.into_iter().flatten().collect();
         let half = 0.5 * recipe.spacing_km();
         let sources: Vec<(u32, f64)> = edges.iter().map(|edge| (edge.vertex, half)).collect();
-        let found = reach(mesh, recipe.radius_km, &sources, FAR_INLAND, |v| {
+        let found = reach(workers, mesh, recipe.radius_km, &sources, FAR_INLAND, |v| {
             crust[v as usize].is_continental()
         });
         // Sub-plates whose nearest edge this is, and the sum of their distances from it: their mean tells how

@@ -76,7 +76,7 @@ pub(in crate::simulation) fn refine(
     let area = area.bypass_change_detection();
     let volcanism = volcanism.bypass_change_detection();
     let constants = &recipe.constants.refine;
-    let targets = targets(&recipe, mesh, plate, crust, elevation);
+    let targets = targets(&recipe, &workers, mesh, plate, crust, elevation);
     let cells = shares_of_triangles(&workers, mesh, recipe.radius_km);
     let rows = cells.len();
     let mut newborn: Vec<PlateId> = Vec::new();
@@ -212,6 +212,7 @@ fn shares_of_triangles(workers: &Workers, mesh: &SphereMesh<EdgeState>, radius: 
 /// Wanted area of every cell in km².
 fn targets(
     recipe: &Recipe,
+    workers: &Workers,
     mesh: &SphereMesh<EdgeState>,
     plate: &[PlateId],
     crust: &[Crust],
@@ -235,7 +236,7 @@ fn targets(
         .map(|v| (v, 0.0))
         .collect();
     let mut targets = vec![cell * contrast; plate.len()];
-    for (v, distance, _) in reach(mesh, recipe.radius_km, &sources, DULL, |_| true).found {
+    for (v, distance, _) in reach(workers, mesh, recipe.radius_km, &sources, DULL, |_| true).found {
         targets[v as usize] = cell * (1.0 + (contrast - 1.0) * distance / DULL);
     }
     targets

@@ -129,15 +129,12 @@ pub(in crate::simulation) fn uplift(
     let before: Vec<(u32, f64)> = sinking_fronts.iter().map(|&(v, _)| (v, half)).collect();
     let behind: Vec<(u32, f64)> = arcs.iter().map(|&(v, ..)| (v, half)).collect();
     let is_land = |v: u32| crust[v as usize].is_continental();
-    let searches: [(&[(u32, f64)], f64, &(dyn Fn(u32) -> bool + Sync)); 3] = [
-        (&before, constants.trench_width + half, &|v| !is_land(v)),
-        (&behind, constants.forearc_reach + half, &is_land),
-        (&behind, end, &|_| true),
-    ];
-    let found = workers.run(searches.into_iter(), |(sources, limit, passable)| {
-        reach(mesh, recipe.radius_km, sources, limit, passable).found
-    });
-    let [bent, drawn, raised] = found.try_into().unwrap_or_default();
+    let search = |sources: &[(u32, f64)], limit: f64, passable: &(dyn Fn(u32) -> bool + Sync)| {
+        reach(&workers, mesh, recipe.radius_km, sources, limit, passable).found
+    };
+    let bent = search(&before, constants.trench_width + half, &|v| !is_land(v));
+    let drawn = search(&behind, constants.forearc_reach + half, &is_land);
+    let raised = search(&behind, end, &|_| true);
 
     for (v, distance, source) in bent {
         let (front, speed) = sinking_fronts[source as usize];

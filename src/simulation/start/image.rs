@@ -16,6 +16,7 @@ use crate::{
         stages::reorganize_plates::splinters::{Pieces, pieces},
         sub_plate::{Crust, PlateId},
         topology::EdgeState,
+        workers::Workers,
     },
 };
 use glam::DVec3;
@@ -161,9 +162,14 @@ fn join_nearest(recipe: &Recipe, mesh: &SphereMesh<EdgeState>, plate: &mut [Plat
         .filter(|&v| plate[v as usize] != PlateId(0))
         .map(|v| (v, 0.0))
         .collect();
-    let found = reach(mesh, recipe.radius_km, &sources, f64::INFINITY, |v| {
-        plate[v as usize] == PlateId(0)
-    });
+    let found = reach(
+        &Workers::default(),
+        mesh,
+        recipe.radius_km,
+        &sources,
+        f64::INFINITY,
+        |v| plate[v as usize] == PlateId(0),
+    );
     for (v, _, source) in found.found {
         plate[v as usize] = plate[sources[source as usize].0 as usize];
     }

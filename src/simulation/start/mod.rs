@@ -33,6 +33,7 @@ use super::{
     streams::{self, Purpose},
     sub_plate::*,
     topology::{EdgeState, Topology},
+    workers::Workers,
 };
 use crate::mesh::{SphereMesh, hilbert_order};
 use bevy::prelude::*;
@@ -180,7 +181,13 @@ fn cratons(
             ground.age[v] = continents.age[v];
         }
     }
-    let rise = continental_rise(recipe, mesh, &layout.plate, &ground.crust);
+    let rise = continental_rise(
+        recipe,
+        &Workers::default(),
+        mesh,
+        &layout.plate,
+        &ground.crust,
+    );
     ground.heights = (0..rise.len())
         .map(|v| {
             if ground.crust[v].is_continental() {

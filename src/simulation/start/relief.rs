@@ -12,6 +12,7 @@ use crate::{
         streams::{self, Purpose},
         sub_plate::{Crust, PlateId},
         topology::EdgeState,
+        workers::Workers,
     },
 };
 
@@ -50,7 +51,7 @@ pub(super) fn raise(
     crust: Vec<Crust>,
 ) -> Ground {
     let constants = &recipe.constants;
-    let rise = continental_rise(recipe, mesh, plate, &crust);
+    let rise = continental_rise(recipe, &Workers::default(), mesh, plate, &crust);
     let mut rng = streams::stream(recipe.seed, Purpose::Continents, 0, 2);
     let cratons = Outline::new(&mut rng, 1.0);
     let (young, old) = (*CRATONS.start(), *CRATONS.end());

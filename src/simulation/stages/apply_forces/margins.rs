@@ -100,6 +100,7 @@ pub(in crate::simulation) fn bend_margins(
     let colliding: BTreeSet<u32> = pushes.iter().map(|(vertex, _)| *vertex).collect();
     let age = |v: u32| clock.time_my - f64::from(created[v as usize].0);
     let arcs = Arcs {
+        workers: &workers,
         recipe: &recipe,
         mesh,
         plate,
@@ -239,6 +240,7 @@ fn keep_strongest(pushes: &mut Vec<(u32, DVec3)>) {
 
 /// Continents above trenches.
 struct Arcs<'a> {
+    workers: &'a Workers,
     recipe: &'a Recipe,
     mesh: &'a SphereMesh<EdgeState>,
     plate: &'a [PlateId],
@@ -306,9 +308,14 @@ impl Arcs<'_> {
         let sources: Vec<(u32, f64)> = drawn.iter().map(|&(v, _)| (v, half)).collect();
         // On a coarse mesh at least the front itself.
         let limit = constants.rollback_reach.max(2.0 * half);
-        let mut behind = reach(self.mesh, self.recipe.radius_km, &sources, limit, |v| {
-            self.crust[v as usize].is_continental()
-        })
+        let mut behind = reach(
+            self.workers,
+            self.mesh,
+            self.recipe.radius_km,
+            &sources,
+            limit,
+            |v| self.crust[v as usize].is_continental(),
+        )
         .found;
         let front_of = |source: u32| drawn[source as usize].0 as usize;
         behind.retain(|&(v, _, source)| self.plate[v as usize] == self.plate[front_of(source)]);
@@ -391,6 +398,7 @@ mod tests {
             .collect();
         let thickness = vec![Thickness(thickness); sites.len()];
         let arcs = Arcs {
+            workers: &Workers::default(),
             recipe: &recipe,
             mesh: &mesh,
             plate: &plate,
@@ -428,7 +436,7 @@ mod tests {
             let chord = mesh.site(v).distance(mesh.site(front)) * 6371.0;
             let way = 2000.0 * (1.0 + push.z / 20.0) - half;
             assert!(
-                way > 0.999 * chord - 1e-6 && way < 1.42 * chord + 1e-6,
+                way > 0.999 * chord - 1e-3 && way < 1.42 * chord + 1e-6,
                 "{way} {chord}"
             );
         }

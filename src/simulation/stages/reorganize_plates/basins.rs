@@ -9,6 +9,7 @@ use super::super::super::{
     recipe::Recipe,
     sub_plate::*,
     topology::{EdgeState, Topology},
+    workers::Workers,
 };
 use crate::mesh::{Components, NONE, SphereMesh};
 use bevy::prelude::*;
@@ -31,6 +32,7 @@ const YOUNG: f64 = 20.0;
 pub(in crate::simulation) fn fill_basins(
     recipe: Res<Recipe>,
     clock: Res<Clock>,
+    workers: Res<Workers>,
     topology: Res<Topology>,
     mut ledger: ResMut<Ledger>,
     mut sub_plates: Query<
@@ -51,7 +53,7 @@ pub(in crate::simulation) fn fill_basins(
     let thickness = thickness.bypass_change_detection();
     let created = created.bypass_change_detection();
 
-    let seas = seas(&recipe, mesh, crust);
+    let seas = seas(&recipe, &workers, mesh, crust);
     let mut size = vec![0.0; seas.count];
     let mut youngest = vec![f32::MIN; seas.count];
     for v in seas.floor() {
@@ -95,12 +97,21 @@ impl Seas {
 }
 
 /// Seas by what joins them. What only a strait joins is two of them: coarse meshes have no straits.
-fn seas(recipe: &Recipe, mesh: &SphereMesh<EdgeState>, crust: &[Crust]) -> Seas {
+fn seas(recipe: &Recipe, workers: &Workers, mesh: &SphereMesh<EdgeState>, crust: &[Crust]) -> Seas {
     let land: Vec<bool> = crust.iter().map(|crust| crust.is_continental()).collect();
     let shores = rims(mesh, |v| land[v as usize], |v| !land[v as usize]);
     let mut open: Vec<bool> = land.iter().map(|land| !land).collect();
     let is_water = |v: u32| !land[v as usize];
-    for (v, ..) in reach(mesh, recipe.radius_km, &shores, HALF_STRAIT, is_water).found {
+    for (v, ..) in reach(
+        workers,
+        mesh,
+        recipe.radius_km,
+        &shores,
+        HALF_STRAIT,
+        is_water,
+    )
+    .found
+    {
         open[v as usize] = false;
     }
     // Open water first; then, from its shores, bays and straits; last what is narrow everywhere.
@@ -111,7 +122,7 @@ fn seas(recipe: &Recipe, mesh: &SphereMesh<EdgeState>, crust: &[Crust]) -> Seas 
     seas.add(mesh, |v| open[v as usize]);
     let narrow = |v: u32| !land[v as usize] && !open[v as usize];
     let shores = rims(mesh, |v| open[v as usize], narrow);
-    for (v, _, source) in reach(mesh, recipe.radius_km, &shores, BAY, narrow).found {
+    for (v, _, source) in reach(workers, mesh, recipe.radius_km, &shores, BAY, narrow).found {
         seas.of[v as usize] = seas.of[shores[source as usize].0 as usize];
     }
     let rest: Vec<bool> = (land.iter().zip(&seas.of))
@@ -180,7 +191,7 @@ mod tests {
                     }
                 })
                 .collect();
-            let seas = seas(&recipe, &mesh, &crust);
+            let seas = seas(&recipe, &Workers::default(), &mesh, &crust);
             let floor = (0..80_000).filter(|&v| !crust[v].is_continental());
             assert!(seas.floor().eq(floor), "every cell once");
             let mut sizes = vec![0; seas.count];

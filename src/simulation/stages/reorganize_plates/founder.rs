@@ -196,6 +196,7 @@ fn sinking_piece(
             && place.distance(site) * recipe.radius_km < far * (1.0 + 0.35 * outline.at(place))
     };
     reach(
+        &Workers::default(),
         mesh,
         recipe.radius_km,
         &[(v as u32, 0.0)],

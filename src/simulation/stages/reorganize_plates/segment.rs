@@ -18,6 +18,7 @@ use super::{
             recipe::Recipe,
             sub_plate::{Created, Crust, MaterialArea, PlateId, SubPlate},
             topology::Topology,
+            workers::Workers,
         },
         apply_forces::{
             foundering::bounded,
@@ -164,7 +165,14 @@ impl Segments {
             .filter(|&v| of[v as usize] != NONE)
             .map(|v| (v, 0.0))
             .collect();
-        let nearest = reach(mesh, recipe.radius_km, &sources, f64::INFINITY, |_| true);
+        let nearest = reach(
+            &Workers::default(),
+            mesh,
+            recipe.radius_km,
+            &sources,
+            f64::INFINITY,
+            |_| true,
+        );
         for (v, _, source) in nearest.found {
             of[v as usize] = of[sources[source as usize].0 as usize];
         }
@@ -231,7 +239,7 @@ struct Brush<'a, E: EdgePayload> {
 
 impl<E: EdgePayload> Brush<'_, E> {
     /// The mask and all that lies within the brush's width of it and is `allowed`.
-    fn dilate(&self, mask: &[bool], allowed: impl Fn(usize) -> bool) -> Vec<bool> {
+    fn dilate(&self, mask: &[bool], allowed: impl Fn(usize) -> bool + Sync) -> Vec<bool> {
         let rim: Vec<(u32, f64)> = (0..mask.len() as u32)
             .filter(|&v| mask[v as usize])
             .filter(|&v| self.mesh.neighbours(v).any(|w| !mask[w as usize]))
@@ -239,7 +247,16 @@ impl<E: EdgePayload> Brush<'_, E> {
             .collect();
         let passable = |v: u32| !mask[v as usize] && allowed(v as usize);
         let mut grown = mask.to_vec();
-        for (v, ..) in reach(self.mesh, self.radius_km, &rim, self.width, passable).found {
+        for (v, ..) in reach(
+            &Workers::default(),
+            self.mesh,
+            self.radius_km,
+            &rim,
+            self.width,
+            passable,
+        )
+        .found
+        {
             grown[v as usize] = true;
         }
         grown
@@ -258,7 +275,7 @@ impl<E: EdgePayload> Brush<'_, E> {
     }
 
     /// Fills bays: dilated where it is `allowed`, then eroded, but never below what it was.
-    fn close(&self, mask: &[bool], allowed: impl Fn(usize) -> bool) -> Vec<bool> {
+    fn close(&self, mask: &[bool], allowed: impl Fn(usize) -> bool + Sync) -> Vec<bool> {
         let closed = self.erode(&self.dilate(mask, allowed));
         closed.iter().zip(mask).map(|(a, b)| *a || *b).collect()
     }

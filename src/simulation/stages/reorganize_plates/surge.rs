@@ -8,6 +8,7 @@ use super::super::super::{
     recipe::Recipe,
     sub_plate::{Crust, FoldDirection, MaterialArea, Orogeny, OrogenyBegan, Thickness},
     topology::EdgeState,
+    workers::Workers,
 };
 use crate::mesh::SphereMesh;
 use glam::DVec3;
@@ -42,9 +43,14 @@ pub(super) fn raise(
         .sum();
     let centroid = centroid.normalize_or_zero();
     let sources: Vec<(u32, f64)> = terrane.iter().map(|&v| (v, 0.0)).collect();
-    let around = reach(mesh, recipe.radius_km, &sources, far, |v| {
-        crust[v as usize].is_continental()
-    });
+    let around = reach(
+        &Workers::default(),
+        mesh,
+        recipe.radius_km,
+        &sources,
+        far,
+        |v| crust[v as usize].is_continental(),
+    );
     for (v, distance, _) in around.found {
         let site = mesh.site(v);
         let v = v as usize;
