@@ -103,7 +103,8 @@ fn cube_maps_hold_the_surface_at_the_middles_of_texels() {
             }
         }
     }
-    assert!(steepest > 5e-3, "{steepest}: heights are exaggerated");
+    // As they are, slopes of this planet would be 400 times less: below what 16 bits can hold.
+    assert!(steepest > 1e-3, "{steepest}: heights are exaggerated");
 }
 
 #[test]
