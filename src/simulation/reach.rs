@@ -47,8 +47,9 @@ impl Label {
 
 /// Distances in km along the edges of the mesh, from `sources` over vertices that `passable` admits, up to
 /// `limit`: shortest paths with queues of buckets (Dial 1969; within a bucket labels are corrected, so that
-/// distances are exact, to 10 cm an edge on Earth). Ties go to the source listed first. Threads share the work;
-/// the result is the same on any number of them.
+/// distances are exact, to 10 cm an edge on Earth). Each source comes with its own distance in km, and ties go to
+/// the one listed first. `limit` may be infinite; what lies further than 64 radii along every path is not found.
+/// Threads share the work ([`Workers::default`] is the caller alone); the result is the same on any number of them.
 pub fn reach<E: EdgePayload + Sync>(
     workers: &Workers,
     mesh: &SphereMesh<E>,
