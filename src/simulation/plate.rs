@@ -41,7 +41,7 @@ pub struct DrivingTorque {
     pub slab_suction: DVec3,
     /// Push of ridges and young rifts.
     pub ridge_push: DVec3,
-    /// Drag of the mantle's flow at the roots of continents.
+    /// Drag of the mantle's flow at the roots of continents and at slabs.
     pub mantle_drag: DVec3,
 }
 

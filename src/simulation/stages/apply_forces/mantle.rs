@@ -9,7 +9,9 @@
 //!   superplume rises there, opposite to the old upwelling, and the flow turns to the girdle between the
 //!   two (degree 2). The supercontinent breaks up; what insulated is gone, and the plume dies down.
 //!
-//! The flow drags at the deep roots of continents alone: oceanic plates glide on their asthenosphere.
+//! The flow drags at what reaches into it, the deep roots of continents and slabs: oceanic plates glide on their
+//! asthenosphere. What resists a slab resists its moving against the flow: plates hasten with it towards where it
+//! sinks, and are held back where they go under against it.
 
 use super::super::super::{
     clock::Clock,
@@ -89,6 +91,14 @@ impl Mantle {
         let strength = self.superplume.length();
         let along = self.superplume.normalize_or_zero().dot(site);
         strength * (1.5 * along * along - 0.5) - (1.0 - strength) * self.downwelling.dot(site)
+    }
+
+    /// Flow at a place, in units of its full speed.
+    pub(super) fn flow(&self, site: DVec3) -> DVec3 {
+        let strength = self.superplume.length();
+        let plume = self.superplume.normalize_or_zero();
+        self.downwelling.reject_from_normalized(site) * (1.0 - strength)
+            - plume.reject_from_normalized(site) * (2.0 * strength * site.dot(plume))
     }
 
     /// `Σ w r × u` for the flow u, in units of its full speed, from the moments `Σ w r` and
@@ -177,5 +187,10 @@ mod tests {
         mantle.superplume = DVec3::X;
         let driven = mantle.torque(site, outer);
         assert!((driven - DVec3::Z * 0.96).length() < 1e-12);
+        // Half-way through, each place turns as it flows there.
+        mantle.superplume = DVec3::new(0.3, 0.0, 0.4);
+        let flow = mantle.flow(site);
+        assert!((site.cross(flow) - mantle.torque(site, outer)).length() < 1e-12);
+        assert!(flow.dot(site).abs() < 1e-12 && flow.length() > 0.3);
     }
 }

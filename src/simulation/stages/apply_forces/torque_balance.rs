@@ -3,14 +3,15 @@
 //! Lithosphere has no inertia: at every moment drag balances drive. One linear system holds for all
 //! plates together,
 //!
-//! `Σ c a (I − r rᵀ) ωᵢ + Σ s l q qᵀ ωᵢ + Σ η l q qᵀ (ωᵢ − ωⱼ) = (1/R) (Σ r × F + Σ c a r × u)`,
+//! `Σ c a (I − r rᵀ) ωᵢ + Σ s l q qᵀ ωᵢ + Σ η l q qᵀ (ωᵢ − ωⱼ)
+//! = (1/R) (Σ r × F + Σ c a r × u + Σ s l q (n · u))`,
 //!
-//! u the flow of the mantle under continents ([`mantle`](super::mantle)), the first sum over the sub-plates of
-//! plate i (drag c, area a), the second over the fronts where its slabs hang (resistance s of the mantle, length
-//! l), the third over all of its fronts (viscosity η; lengths scaled to a mesh of 226 km; `q = r × n` for motion
-//! across the front and `r × t` along it). It is symmetric and positive definite, and solved by Cholesky's method.
-//! Treating friction implicitly is what keeps collisions from ringing, and the slabs' resistance what keeps small
-//! plates from racing: both nearly balance what drives.
+//! u the flow of the mantle under continents and around slabs ([`mantle`](super::mantle)), the first sum over the
+//! sub-plates of plate i (drag c, area a), the second over the fronts where its slabs hang (resistance s of the
+//! mantle, length l, direction n), the third over all of its fronts (viscosity η; lengths scaled to a mesh of
+//! 226 km; `q = r × n` for motion across the front and `r × t` along it). It is symmetric and positive definite,
+//! and solved by Cholesky's method. Treating friction implicitly is what keeps collisions from ringing, and the
+//! slabs' resistance what keeps small plates from racing: both nearly balance what drives.
 
 use super::{
     super::super::{
@@ -91,7 +92,7 @@ pub(in crate::simulation) fn balance_torques(
         let runs = fronts.chunk_by(|a, b| a.plates == b.plates);
         let bear = |run| {
             bear(
-                run, &recipe, &clock, &table, &contacts, created, slab, smooth, told,
+                run, &recipe, &clock, &mantle, &table, &contacts, created, slab, smooth, told,
             )
         };
         // Each is large: a vector that grows would copy them over and over.
@@ -131,8 +132,8 @@ pub(in crate::simulation) fn balance_torques(
             .iter()
             .sum();
         for (end, sign) in [-1.0, 1.0].into_iter().enumerate() {
-            let (q, strength) = sinking[end];
-            let held = q * (strength * q.dot(target[rows[end]]));
+            let (across, _) = resisting[1];
+            let held = across * (sinking[end] * across.dot(target[rows[end]]));
             forces.0.push(FrontForce {
                 plate: front.plates[end],
                 place: front.midpoint,
@@ -167,10 +168,10 @@ struct Hold {
     front: Front,
     rows: [usize; 2],
     driven: [DrivingTorque; 2],
-    /// Directions about which it resists, and how strongly.
+    /// Directions about which it resists, along and across it, and how strongly.
     resisting: [(DVec3, f64); 2],
-    /// Direction about which the mantle resists the slab of either plate, and how strongly.
-    sinking: [(DVec3, f64); 2],
+    /// How strongly the mantle resists the slab of either plate, across it.
+    sinking: [f64; 2],
 }
 
 /// Sums what fronts between two plates do to them, their lengths times `smooth`; none where a plate is gone. Keeps
@@ -179,6 +180,7 @@ fn bear(
     run: &[Front],
     recipe: &Recipe,
     clock: &Clock,
+    mantle: &Mantle,
     table: &PlateTable,
     contacts: &Contacts,
     created: &[Created],
@@ -201,13 +203,11 @@ fn bear(
     for front in run {
         let length = front.length * smooth;
         let held = rift.is_some_and(|rift| rift.holds(front, clock.time_my, recipe));
-        let driven = if held {
+        let mut driven = if held {
             [DrivingTorque::default(); 2]
         } else {
             drive(front, recipe, clock, contact, created, slab)
         };
-        borne.driven[0] += driven[0];
-        borne.driven[1] += driven[1];
         let along = front.midpoint.cross(front.direction);
         let sliding = if held {
             constants.untorn
@@ -231,12 +231,16 @@ fn bear(
         for resistance in [sliding, across] {
             borne.coupling += about(resistance);
         }
-        let mut sinking = [(along, 0.0); 2];
+        let mut sinking = [0.0; 2];
         if let Some(under) = front.under.filter(|_| !held) {
-            sinking[under].1 =
-                constants.slab_resistance * hanging(front, under, recipe, slab) * length;
-            borne.sinking[under] += about(sinking[under]);
+            let strength = constants.slab_resistance * hanging(front, under, recipe, slab) * length;
+            let flow = mantle.flow(front.midpoint) * recipe.constants.mantle.slab_speed;
+            driven[under].mantle_drag = along * (strength * flow.dot(front.direction));
+            borne.sinking[under] += about((along, strength));
+            sinking[under] = strength;
         }
+        borne.driven[0] += driven[0];
+        borne.driven[1] += driven[1];
         if told {
             borne.holds.push(Hold {
                 front: *front,
