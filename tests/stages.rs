@@ -8,7 +8,7 @@ mod schedule;
 use bevy::prelude::*;
 use bevy_tectonics::prelude::*;
 use bevy_tectonics::simulation::{
-    Clock, Created, Deviation, Drive, Elevation, ErodePlugin, FoldDirection, HeldMotion,
+    Clock, Created, Deviation, Drive, Elevation, ErodePlugin, FoldDirection, HeldMotion, Mantle,
     MaterialArea, OrogenyBegan, Plate, PlateId, Position, RidgeDirection, Rotation, Sea, Splits,
     SubPlate, Thickness, Topology, Trench, UpliftPlugin, Velocity, sea_floor_depth,
 };
@@ -158,36 +158,55 @@ fn plates_that_turn_together_turn_as_one_body() {
     );
 }
 
+/// Speed of a plate in km/My that sinks at a trench along half of a great circle and meets little but this resistance of
+/// the mantle there, per km and km/My, while the mantle flows at this speed in km/My towards the other plate.
+fn speed_of_sinking(resistance: f64, towards: f64) -> f64 {
+    let mut recipe = recipe(2_500);
+    recipe.constants.mantle.slab_speed = towards.abs();
+    let motion = &mut recipe.constants.motion;
+    motion.slab_pull = 1e6;
+    motion.slab_resistance = resistance;
+    motion.slab_suction = 0.0;
+    motion.ridge_push = 0.0;
+    motion.friction = 0.0;
+    motion.ocean_drag = 0.1;
+    let mut history = History::new(recipe).unwrap();
+    arrange(&mut history, closing(), |plate, _| Ground {
+        created_my: if plate == SOUTH { -150.0 } else { -30.0 },
+        ..SEA_FLOOR
+    });
+    // Without continents it stays so.
+    history.world_mut().resource_mut::<Mantle>().downwelling = DVec3::Y * towards.signum();
+    run(&mut history, 6.0);
+    let world = history.world_mut();
+    let mut plates = world.query::<(&Plate, &Rotation)>();
+    let mut plates = plates.iter(world);
+    let south = plates.find(|(plate, _)| plate.id == SOUTH).unwrap();
+    south.1.0.length() * RADIUS
+}
+
+/// A plate that turns about a pole runs so much faster at its equator than a straight trench would have it.
+const EQUATOR: f64 = 4.0 / core::f64::consts::PI;
+
 /// Slabs of 120 My would sink at 50 km/My √(120/80) along a straight trench, and plates with them, however little
-/// else holds them; a plate that turns about a pole runs at 4/π of that at its equator. Fronts zigzag and are half as
-/// long again as their trench, so they resist more.
+/// else holds them. Fronts zigzag and are half as long again as their trench, so they resist more.
 #[test]
 fn no_plate_outruns_its_slab() {
-    let fastest = |resistance: f64| {
-        let mut recipe = recipe(2_500);
-        let motion = &mut recipe.constants.motion;
-        motion.slab_pull = 1e6;
-        motion.slab_resistance = resistance;
-        motion.slab_suction = 0.0;
-        motion.ridge_push = 0.0;
-        motion.friction = 0.0;
-        motion.ocean_drag = 0.1;
-        let mut history = History::new(recipe).unwrap();
-        arrange(&mut history, closing(), |plate, _| Ground {
-            created_my: if plate == SOUTH { -150.0 } else { -30.0 },
-            ..SEA_FLOOR
-        });
-        run(&mut history, 6.0);
-        let world = history.world_mut();
-        let mut plates = world.query::<(&Plate, &Rotation)>();
-        let mut plates = plates.iter(world);
-        let south = plates.find(|(plate, _)| plate.id == SOUTH).unwrap();
-        south.1.0.length() * RADIUS
-    };
-    let sinking = 50.0 * 1.5_f64.sqrt() * 4.0 / core::f64::consts::PI;
-    let (held, free) = (fastest(2e4), fastest(0.0));
+    let sinking = 50.0 * 1.5_f64.sqrt() * EQUATOR;
+    let (held, free) = (speed_of_sinking(2e4, 0.0), speed_of_sinking(0.0, 0.0));
     assert!((0.5..0.8).contains(&(held / sinking)), "{held} {sinking}");
     assert!(free > 2.0 * sinking, "{free} {sinking}");
+}
+
+/// What a slab meets is the mantle: it moves with it.
+#[test]
+fn the_mantle_carries_slabs_along() {
+    let flow = 15.0 * EQUATOR;
+    let rest = speed_of_sinking(2e4, 0.0);
+    for (towards, sign) in [(15.0, 1.0), (-15.0, -1.0)] {
+        let gained = sign * (speed_of_sinking(2e4, towards) - rest);
+        assert!((0.6..1.05).contains(&(gained / flow)), "{gained} {flow}");
+    }
 }
 
 /// Area opens at −x at 2 v R ∫ cos φ dφ = 4 v R per My and closes at +x just as fast.

@@ -353,8 +353,8 @@ constants! {
         /// continents it says how hard they are drawn together.
         speed = 195.0 in 0.0..=500.0 "km/My",
         /// Speed of the same flow where slabs hang: deeper, where it turns round to sink, and so slower. At 0 (and less
-        /// resistance) continents gather and part twice in 2,000 My on 4 of 10 seeds, at 40 on all; at 100 the floor is
-        /// too young.
+        /// resistance) continents gather and part twice in 2,000 My on 4 of 10 tuning seeds, at 40 on all; at 100 the
+        /// floor is too young.
         slab_speed = 40.0 in 0.0..=500.0 "km/My",
         /// Time in which a supercontinent would warm the mantle enough for a superplume if none were
         /// lost (Gurnis 1988: 100-200 My until the mantle below has turned from cold to hot).
