@@ -309,12 +309,12 @@ constants! {
         /// and dilutes as the mesh is refined). Over the resistance that it meets it is the speed at which a slab
         /// sinks by itself where the mantle rests: 85 km/My, or some 60 as fronts zigzag and are longer than their
         /// trench. Earth's surface moves at 38 km/My on average and at 29 in the median. Less of it drives continents
-        /// together with less force: at 1.8e6 mountains are lower by a third.
+        /// together with less force: at 1.8e6 a third less land lies above 2 km.
         slab_pull = 2.2e6 in 0.0..=1.0e7 "per km",
         /// Resistance of the mantle to a full slab that is drawn through it. It nearly balances the pull, so that
         /// plates with slabs move at the speed of sinking whatever their size (Forsyth & Uyeda 1975: 60-90 km/My).
         /// Without it small plates run at 90-240 km/My. At 2.0e4, beside a mantle that flows, the floor is too young;
-        /// at 3.2e4 mountains are lower and continents gather half as often.
+        /// at 3.2e4 less land is high, and continents gather and part twice on half as many seeds.
         slab_resistance = 2.6e4 in 0.0..=1.0e6 "per km and km/My",
         /// Suction of the same slab on the overriding plate.
         slab_suction = 2.85e5 in 0.0..=1.0e7 "per km",
@@ -352,9 +352,9 @@ constants! {
         /// Speed of the flow under continents, a quarter of the way round from where it sinks. With the drag of
         /// continents it says how hard they are drawn together.
         speed = 195.0 in 0.0..=500.0 "km/My",
-        /// Speed of the same flow where slabs hang: deeper, where it turns round to sink, and so slower. At 0 (and less
-        /// resistance) continents gather and part twice in 2,000 My on 4 of 10 tuning seeds, at 40 on all; at 100 the
-        /// floor is too young.
+        /// Speed of the same flow where slabs hang: deeper, where it turns round to sink, and so slower. Continents gather
+        /// and part twice in 2,000 My on 10 of 10 tuning seeds. With a resistance of 2.0e4 they did so on 4 at a speed of
+        /// 0, and the floor was too young at 100.
         slab_speed = 40.0 in 0.0..=500.0 "km/My",
         /// Time in which a supercontinent would warm the mantle enough for a superplume if none were
         /// lost (Gurnis 1988: 100-200 My until the mantle below has turned from cold to hot).
