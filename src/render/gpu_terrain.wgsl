@@ -33,7 +33,7 @@ struct Plot {
     grain_seed: vec2<u32>,
     unused_too: vec2<u32>,
     coast: Octaves,
-    ridges: Octaves,
+    relief: Octaves,
     hills: Octaves,
     shore: Octaves,
 }
@@ -215,14 +215,13 @@ fn warp(noise: Octaves, at: vec3<f32>) -> vec3<f32> {
     return displaced - at;
 }
 
-// Ridged where it says so, else a sum of octaves.
-fn fractal(noise: Octaves, at: vec3<f32>, is_ridged: bool) -> f32 {
+// A sum of octaves.
+fn fractal(noise: Octaves, at: vec3<f32>) -> f32 {
     var turned = turned_lattice(rounded3(at * noise.frequency));
     var amplitude = noise.amplitude;
     var sum = 0.0;
     for (var octave = 0; octave < noise.octaves; octave++) {
-        let value = simplex(noise.seed + octave, turned);
-        sum += select(value, 1.0 - 2.0 * abs(value), is_ridged) * amplitude;
+        sum += simplex(noise.seed + octave, turned) * amplitude;
         turned = rounded3(turned * noise.lacunarity);
         amplitude *= noise.gain;
     }
@@ -320,20 +319,29 @@ fn interpolated(at: vec3<f32>) -> Ground {
     return Ground(height, continental, floor_age, rugged, 0.0);
 }
 
-// The ground in a direction, which lies here relative to the middle.
-fn base(direction: vec3<f32>, at: vec3<f32>) -> Ground {
-    var ground = interpolated(at + warp(plot.coast, direction));
+// How far a direction moves that an offset is added to. Of unit length again, in a form that does not cancel.
+fn moved(direction: vec3<f32>, offset: vec3<f32>) -> vec3<f32> {
+    let longer = dot(direction, offset) + 0.5 * dot(offset, offset);
+    let root = sqrt(1.0 + 2.0 * longer);
+    let shrink = -2.0 * longer / (root * (1.0 + root));
+    return offset + shrink * (direction + offset);
+}
+
+// The ground in a direction, which is longer by a rest and lies here relative to the middle.
+fn base(direction: vec3<f32>, rest: vec3<f32>, at: vec3<f32>) -> Ground {
+    let coast = warp(plot.coast, direction);
+    var ground = interpolated(at + coast);
     let height = ground.elevation;
     if height > 0.0 {
         let mountain = max(eased(ramp(300.0, 2500.0, height)), min(ground.rugged, 1.0));
         let rough = ROUGHNESS.x + (ROUGHNESS.y - ROUGHNESS.x) * mountain;
-        ground.grain = fractal(plot.ridges, direction, true);
+        ground.grain = fractal(plot.relief, direction + (moved(direction, coast) + rest));
         ground.elevation = height * (1.0 + rough * ground.grain);
     } else {
         let young = exp(-ground.floor_age / BURIAL_MY) * (1.0 - ground.continental);
         let share = max(young * eased(ramp(-600.0, -2000.0, height)) - 0.01, 0.0);
         if share > 0.0 {
-            ground.grain = share * fractal(plot.hills, direction, false);
+            ground.grain = share * fractal(plot.hills, direction);
         }
         ground.elevation = height + HILLS_M * ground.grain;
     }
@@ -346,17 +354,14 @@ const FADES_M: f32 = 250.0;
 fn ragged(place: Place) -> Ground {
     var direction = place.direction;
     var at = (direction - plot.middle) + (place.rest - plot.middle_rest);
-    var ground = base(direction, at);
+    var ground = base(direction, place.rest, at);
     let near = 1.0 - abs(ground.elevation) / FADES_M;
     if near > 0.0 && plot.shore.octaves > 0 {
         let offset = warp(plot.shore, direction) * eased(near);
-        // Of unit length again: the first terms of a series, which does not cancel.
-        let longer = dot(direction, offset) + 0.5 * dot(offset, offset);
-        let shrink = longer * (-1.0 + longer * (1.5 - 2.5 * longer));
-        let moved = offset + shrink * (direction + offset);
-        at += moved;
-        direction += place.rest + moved;
-        ground = base(direction, at);
+        let further = moved(direction, offset);
+        at += further;
+        direction += place.rest + further;
+        ground = base(direction, vec3(0.0), at);
     }
     return ground;
 }
@@ -364,7 +369,7 @@ fn ragged(place: Place) -> Ground {
 // ---- Terrain on it: `surface/terrain/strength.rs`.
 
 const PLAIN: vec2<f32> = vec2(6.0, 0.045);
-const MOUNTAIN: f32 = 0.08;
+const MOUNTAIN: f32 = 0.09;
 const RANGES: f32 = 0.5;
 const RISES: vec2<f32> = vec2(600.0, 2800.0);
 const CAP: f32 = 0.22;

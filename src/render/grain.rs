@@ -110,12 +110,11 @@ impl Grain {
         for y in -1..=border {
             for x in -1..=border {
                 let direction = direction(face, x, y, size);
-                grain
-                    .coast
-                    .push(self.texture.coast(direction).as_vec3().to_array());
+                let place = self.texture.coast(direction);
+                grain.coast.push(place.as_vec3().to_array());
                 let quantum = |value: f32| (value * 32_767.0) as i16;
                 grain.terrain.push([
-                    quantum(self.texture.terrain(direction)),
+                    quantum(self.texture.terrain(place)),
                     quantum(self.texture.hills(direction)),
                 ]);
             }

@@ -147,9 +147,12 @@ impl<'a> Raster<'a> {
 
     /// Elevation alone, with what it stands on.
     pub(super) fn base(&self, direction: DVec3, hint: &mut u32) -> Base {
-        let ground = self.ground(direction, hint);
+        let place = self.texture.coast(direction);
+        let (vertices, weights) = self.triangle(place, hint);
+        let corner = |vertex: u32| Corner::of(self.surface, vertex as usize);
+        let ground = Ground::between(vertices.map(corner), weights);
         let (elevation, grain) = ground.detail(
-            || self.texture.terrain(direction),
+            || self.texture.terrain(place),
             || self.texture.hills(direction),
         );
         Base {
@@ -159,11 +162,16 @@ impl<'a> Raster<'a> {
         }
     }
 
-    /// The triangle whose ground the raster shows in a direction: its corners, and their weights. The smallest
-    /// number comes first, so that sums do not depend on the way by which the triangle was found.
+    /// The triangle whose ground the raster shows in a direction: its corners, and their weights.
+    #[cfg(feature = "terrain")]
     pub(super) fn corners(&self, direction: DVec3, hint: &mut u32) -> ([u32; 3], [f64; 3]) {
-        let direction = self.texture.coast(direction);
-        let mut place = self.surface.mesh.locate(direction, *hint);
+        self.triangle(self.texture.coast(direction), hint)
+    }
+
+    /// The triangle around a place that is displaced already. The smallest number comes first, so that sums do not
+    /// depend on the way by which the triangle was found.
+    fn triangle(&self, place: DVec3, hint: &mut u32) -> ([u32; 3], [f64; 3]) {
+        let mut place = self.surface.mesh.locate(place, *hint);
         let [a, b, c] = place.vertices;
         *hint = a;
         let turns = if a < b && a < c {
@@ -182,11 +190,5 @@ impl<'a> Raster<'a> {
     #[cfg(all(feature = "render", feature = "terrain"))]
     pub(super) fn texture(&self) -> &Texture {
         &self.texture
-    }
-
-    fn ground(&self, direction: DVec3, hint: &mut u32) -> Ground {
-        let (vertices, weights) = self.corners(direction, hint);
-        let corner = |vertex: u32| Corner::of(self.surface, vertex as usize);
-        Ground::between(vertices.map(corner), weights)
     }
 }

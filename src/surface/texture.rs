@@ -54,8 +54,10 @@ impl Texture {
         };
         let first = rms / (WARP_RMS * root_sum_square(octaves));
 
+        // A plain sum of octaves. Ridged noise has its crests where a noise is nought, so they close in rings,
+        // of one size everywhere: snow lay in honeycombs. And its mean lifts the land that it is laid on.
         let mut terrain = noise(2, (radius_km / (260.0 * earth)) as f32, 4);
-        terrain.set_fractal_type(Some(FractalType::Ridged));
+        terrain.set_fractal_type(Some(FractalType::FBm));
         terrain.set_fractal_gain(Some(0.55));
         let mut hills = noise(3, (radius_km / (90.0 * earth)) as f32, 2);
         hills.set_fractal_type(Some(FractalType::FBm));
@@ -90,9 +92,10 @@ impl Texture {
         displace(&self.plates, direction)
     }
 
-    /// Mountain ridges and valleys, −1 to 1.
-    pub(crate) fn terrain(&self, direction: DVec3) -> f32 {
-        let [x, y, z] = direction.as_vec3().to_array();
+    /// Mountains and valleys, −1 to 1 and nought in the mean, of a place that [`coast`](Self::coast) has
+    /// displaced: undisturbed, they are as round as the noise.
+    pub(crate) fn terrain(&self, place: DVec3) -> f32 {
+        let [x, y, z] = place.as_vec3().to_array();
         self.terrain.get_noise_3d(x, y, z).clamp(-1.0, 1.0)
     }
 

@@ -109,7 +109,7 @@ impl Terrain<'_> {
             });
         }
         let (pieces, cells) = self.pieces_near(directions, homes);
-        let [coast, ridges, hills] = self.raster.texture().noises();
+        let [coast, relief, hills] = self.raster.texture().noises();
         let shore = self.shore.warp.as_ref();
         let bent = coast.domain_warp_amp + shore.map_or(0.0, |warp| warp.domain_warp_amp);
         let reach = 1.02 * (furthest.1 + FURTHEST * f64::from(bent)) + 1e-4;
@@ -134,7 +134,7 @@ impl Terrain<'_> {
         head.whole(seed as u32).whole((seed >> 32) as u32);
         head.whole(0).whole(0);
         octaves(&mut head, Some(coast), true);
-        octaves(&mut head, Some(ridges), false);
+        octaves(&mut head, Some(relief), false);
         octaves(&mut head, Some(hills), false);
         octaves(&mut head, shore, true);
         Ok(Plot {

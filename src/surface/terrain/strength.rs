@@ -8,10 +8,10 @@ use super::super::{
 /// Deviation of plains in m, and how much it grows per m of height: 15 m on a plain 200 m high. By eye: no
 /// source gives one.
 const PLAIN: (f32, f32) = (6.0, 0.045);
-/// Share of the height that mountains deviate by: 320 m where they stand 4,000 m high. With it
+/// Share of the height that mountains deviate by: 360 m where they stand 4,000 m high. With it
 /// slopes of young ranges have a mean of 25 to 30°; with half as much again they are steeper than rock stands.
-const MOUNTAIN: f32 = 0.08;
-/// How much more terrain ranges have than the mean, and basins less: what the ridged noise of maps says.
+const MOUNTAIN: f32 = 0.09;
+/// How much more terrain ranges have than the mean, and basins less: what the noise of maps says.
 const RANGES: f32 = 0.5;
 /// Heights in m between which land becomes mountains, and roughness of a belt.
 const RISES: (f32, f32) = (600.0, 2800.0);
