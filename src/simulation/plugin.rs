@@ -132,7 +132,7 @@ macro_rules! stage {
 }
 
 /// Before stage 1: the recipe's events, see [`TectonicSystems::ApplyEvents`]. Between `ApplyForces` and
-/// `Move`, plates are kept to the motions that events hold them to.
+/// `Move`, plates are kept to the motions that events hold them to, whatever drive took the place of stage 4.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ApplyEventsPlugin;
 
@@ -190,6 +190,8 @@ stage!(
         apply_forces::prescribed::turn_axes
             .pipe(record_failure)
             .run_if(driven_by(&[Drive::Prescribed])),
+        // Margins yield to how plates turn indeed.
+        apply_events::hold_motions,
         apply_forces::margins::bend_margins.pipe(record_failure),
     ]
 );

@@ -443,15 +443,15 @@ fn progress_rises_to_one() {
 #[test]
 fn no_step_takes_a_sub_plate_too_far() {
     let recipe = small(11);
-    let courant = recipe.constants.step.courant;
+    let step = recipe.constants.step.clone();
     let spacing = recipe.spacing_km();
     let mut history = History::new(recipe).unwrap();
     let mut fastest = history.world().resource::<Clock>().fastest;
     while history.time_my() < 30.0 {
         history.step().unwrap();
         let clock = history.world().resource::<Clock>();
-        assert!(clock.step_my * fastest <= courant * spacing * 1.000_01);
-        assert!(clock.step_my <= 1.0);
+        assert!(clock.step_my * fastest <= step.courant * spacing * 1.000_01);
+        assert!(clock.step_my <= step.longest);
         fastest = clock.fastest;
     }
 }
@@ -487,7 +487,7 @@ fn no_order_of_systems_is_left_to_chance() {
 fn any_app_can_grow_a_planet() {
     let recipe = Recipe::earth_like(3)
         .with_sub_plates(500)
-        .with_duration(5.0);
+        .with_duration(50.0);
     let mut app = App::new();
     app.add_plugins(SimulationPlugins);
     populate(app.world_mut(), &recipe).unwrap();

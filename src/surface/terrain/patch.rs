@@ -15,6 +15,10 @@ use glam::Vec3;
 const AGEING_MY: f32 = 90.0;
 /// Volcanoes stand out for so long, in My.
 const VOLCANIC_MY: f32 = 25.0;
+/// What stands higher than this on oceanic crust, in m above the sea, is a volcano's flank or a shore and no floor
+/// that a ridge made. Pieces reach some kilometres beyond their middle: lower, and hills of the floor would come
+/// ashore.
+const FLANK_M: f32 = -300.0;
 /// Continental crust thinner than this, in km, has been stretched.
 const STRETCHED_KM: f32 = 30.0;
 
@@ -85,7 +89,10 @@ pub(super) fn describe(
         value(&surface.orogeny, vertex),
     ) {
         _ if is_volcanic => Some(Landform::Arc),
-        (Crust::Oceanic, _) => None,
+        (Crust::Oceanic, _) => {
+            let is_flank = raster.base(up, &mut hint).elevation > FLANK_M;
+            is_flank.then_some(Landform::Arc)
+        }
         (_, Orogeny::Andean) if is_young => Some(Landform::Cordillera),
         (_, Orogeny::Himalayan) if is_young => Some(Landform::Collision),
         (_, Orogeny::Andean | Orogeny::Himalayan) => Some(Landform::Old),
