@@ -16,8 +16,8 @@ const AGEING_MY: f32 = 90.0;
 /// Volcanoes stand out for so long, in My.
 const VOLCANIC_MY: f32 = 25.0;
 /// What stands higher than this on oceanic crust, in m above the sea, is a volcano's flank or a shore and no floor
-/// that a ridge made. Pieces reach some kilometres beyond their middle: lower, and hills of the floor would come
-/// ashore.
+/// that a ridge made. Well below the sea, because pieces reach 18 km beyond their middle: the hills of one in shallow
+/// water would come ashore.
 const FLANK_M: f32 = -300.0;
 /// Continental crust thinner than this, in km, has been stretched.
 const STRETCHED_KM: f32 = 30.0;
