@@ -361,7 +361,7 @@ fn colliding_continents_thicken_and_keep_their_volume() {
         volume += thickness[v].0 * area[v].0;
         extent += area[v].0;
         thickest = thickest.max(thickness[v].0);
-        // A cell that no crushed crust has reached may grow a little thicker, too: one here has 40.9 km.
+        // One cell has 40.9 km without a mountain building; what thickened it is not known.
         if thickness[v].0 > 42.0 {
             assert_eq!(
                 orogeny[v],
